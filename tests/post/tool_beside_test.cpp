@@ -30,7 +30,6 @@ TEST(ToolBeside, NoSampleLiesAboveItsBounds) {
     std::mt19937_64 random(20261124);
     std::uniform_real_distribution<double> u(-1.0, 1.0);
     path::StationRun run(kinematics);
-    run.tell_axis_course(true);
     double bound_axis = 0.0, sampled_axis = 0.0, bound_mm = 0.0, sampled_mm = 0.0;
     for (int i = 0; i < cases; ++i) {
       JointVector from, to;

@@ -22,9 +22,8 @@ struct PoseRun {
   // The tip leaves its chord by 4 t (1 - t) of this vector, but for so much.
   std::array<Column, 3> sag_mm;
   Column rest_mm;
-  // Where it was asked for: the tool axis leaves the great circle between its ends, on which it goes at an
-  // even pace, by 4 t (1 - t) of this vector, but for so much.
-  bool tells_axis_course = false;
+  // The tool axis leaves the great circle between its ends, on which it goes at an even pace, by
+  // 4 t (1 - t) of this vector, but for so much.
   std::array<Column, 3> axis_sag;
   Column axis_rest;
 
@@ -53,8 +52,6 @@ class StationRun {
 
   void resize(std::size_t count);
   std::size_t count() const { return count_; }
-  /// The course of the tool axis is asked for from now on.
-  void tell_axis_course(bool asked) { poses_.tells_axis_course = asked; }
   /// Positions of an axis: those of all axes must be there before `evaluate`.
   Column& of_axis(AxisId id) { return q_[id]; }
   const Column& of_axis(AxisId id) const { return q_[id]; }

@@ -147,7 +147,6 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
   const auto along_arc = small_turns & (chord < kShortArc) & (from_arc < axis_from_norms);
   lanes::store(&poses_.bow_axis[row],
                T(lanes::select(along_arc, from_arc, axis_from_norms) + axis_rounding<T>(angles)));
-  if (!poses_.tells_axis_course) return;
   lanes::store(&poses_.axis_sag[0][row], axis_sag.x);
   lanes::store(&poses_.axis_sag[1][row], axis_sag.y);
   lanes::store(&poses_.axis_sag[2][row], axis_sag.z);

@@ -28,7 +28,8 @@ bool CutJudge::proves_quiet(const QuietBlock& quiet, const CutBlock& block, cons
   if (!meter_.keeps_axis(block.from, block.to, path_.points()[segment], path_.points()[segment + 1],
                          record_.uninteresting().axis_rad.upper))
     return false;
-  take_beside({block.from, block.to, segment, path_.at().t, block.place.t});
+  if (quiet.axis_at_tip > known.axis_at_tip)
+    take_beside({block.from, block.to, segment, path_.at().t, block.place.t});
   return true;
 }
 

@@ -86,8 +86,7 @@ const path::PoseRun* DeviationMeter::place(const path::StationRun& run, path::Po
   lanes::at_a_time(way_, [&]<class T>() { place_with_errors<T>(run, with_errors); });
   const path::PoseRun& nominal = run.poses();
   with_errors.sag_mm = nominal.sag_mm;
-  with_errors.tells_axis_course = nominal.tells_axis_course;
-  if (nominal.tells_axis_course) with_errors.axis_sag = nominal.axis_sag;
+  with_errors.axis_sag = nominal.axis_sag;
   path::ErrorCourse::Columns q{};
   for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = run.of_axis(id).data();
   const std::size_t motions = count - 1;
@@ -122,8 +121,7 @@ void DeviationMeter::add_bends(const path::PoseRun& nominal, std::size_t row, pa
   const T of_arc = change * (lanes::sqrt(chord2) + change) + chord2 * lanes::sqrt(error2);
   const T axis_bend = lanes::load<T>(&out.bow_axis[row]) + of_arc;
   lanes::store(&out.bow_axis[row], T(lanes::load<T>(&nominal.bow_axis[row]) + axis_bend));
-  if (out.tells_axis_course)
-    lanes::store(&out.axis_rest[row], T(lanes::load<T>(&nominal.axis_rest[row]) + axis_bend));
+  lanes::store(&out.axis_rest[row], T(lanes::load<T>(&nominal.axis_rest[row]) + axis_bend));
 }
 
 template <class T>

@@ -45,7 +45,6 @@ const RunEnds& MachineJudge::ends_of(const nc::MotionRun& run) {
   if (leader != nullptr && sharing_.same_words && leader->at_once_.has_ends &&
       leader->at_once_.ends->stations.q(0) == ends_.previous->q)
     return *leader->at_once_.ends;
-  at_once_.ends->stations.tell_axis_course(points().longest_flute_mm() > 0.0);
   at_once_.ends->evaluate(run, ends_.previous->q, words_, axes_.times, axes_.travel);
   at_once_.has_ends = true;
   return *at_once_.ends;

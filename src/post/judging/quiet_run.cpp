@@ -236,6 +236,12 @@ struct QuietRun::Judged {
   T axis_at_tip;       // that of the path where the tip is
   lanes::Mask<T> quiet;
 
+  // CL points between two others, which blocks pass at these fractions of their chords.
+  struct Passed {
+    lanes::Triple<T> before_P, tip_P, behind_P;
+    T t;
+  };
+
   // As is_quiet; `off2_mm2` and `off2_axis` of the ends.
   Judged(const path::PoseRun& poses, std::size_t row, const KnownFigures& known, const Place& at,
          const Corners<T>& corners, const T& off2_mm2, const T& off2_axis)
@@ -245,7 +251,9 @@ struct QuietRun::Judged {
         axis(lanes::larger<T>(shifted(at.off_axis, off_axis), off_axis)),
         bow_mm_(lanes::load<T>(&poses.bow_mm[row])),
         bow_axis_(lanes::load<T>(&poses.bow_axis[row])),
-        known_(known) {
+        known_(known),
+        poses_(poses),
+        row_(row) {
     most_mm_ = lanes::larger<T>(shifted(at.off_tip_mm, off_mm), off_mm);
     left_mm_ = known.tip_mm - bow_mm_;
     quiet = most_mm_ <= left_mm_;
@@ -255,21 +263,35 @@ struct QuietRun::Judged {
   // Blocks `beside` one segment of the path, from tip0_P to tip1_P: the parabola of the tip lies between its
   // ends, its middle and where the tangents of these meet half way, and what lies between points is no
   // farther from a segment than they are.
-  void look_at_curve(const path::PoseRun& poses, std::size_t row, const Chords<T>& block,
-                     const lanes::Triple<T>& tip0_P, const lanes::Triple<T>& tip1_P,
+  void look_at_curve(const Chords<T>& block, const lanes::Triple<T>& tip0_P, const lanes::Triple<T>& tip1_P,
                      const lanes::Mask<T>& beside) {
     const lanes::Mask<T> asked = beside & ends_keep_ & ~quiet;
     if (!lanes::any(asked)) return;
-    const lanes::Triple<T> way = tip1_P - tip0_P;
-    const T per_length2 = 1.0 / length2(way);
-    const auto keeps = [&](const lanes::Triple<T>& p) -> lanes::Mask<T> {
-      const lanes::Triple<T> to = p - tip0_P;
-      const T t = clamped<T>(inner(to, way) * per_length2, T{});
-      return length2(to - t * way) <= ends_keep_mm_ * ends_keep_mm_;
-    };
-    const lanes::Triple<T> middle = 0.5 * (block.from + block.to) + lanes::load_vectors<T>(poses.sag_mm, row);
+    const Segment segment(tip0_P, tip1_P);
+    const lanes::Triple<T> middle = 0.5 * (block.from + block.to) + sag();
     const lanes::Triple<T> quarter = 0.25 * block.way;
-    quiet |= asked & keeps(middle - quarter) & keeps(middle) & keeps(middle + quarter);
+    quiet |=
+        asked & keeps(segment, middle - quarter) & keeps(segment, middle) & keeps(segment, middle + quarter);
+  }
+  // The same beside two segments of the path, for blocks that pass the CL point between these, and no other:
+  // the parabola is cut where the chord has its foot.
+  template <class PointOf>
+  void look_at_pieces(const Chords<T>& block, const lanes::Mask<T>& passed, double most_off_mm,
+                      const PointOf& point_of) {
+    const lanes::Mask<T> asked = passed & ends_keep_ & ~quiet;
+    if (!lanes::any(asked)) return;
+    const Passed point = point_of();
+    const T& t = point.t;
+    const lanes::Triple<T> sag = this->sag();
+    const lanes::Triple<T> to_tangents = 0.5 * block.way + 2.0 * sag;  // to where those of the ends meet
+    const lanes::Triple<T> before = block.from + t * to_tangents;
+    const lanes::Triple<T> cut = block.from + t * block.way + T(4.0 * t * (1.0 - t)) * sag;
+    const lanes::Triple<T> behind = before + t * (block.way - to_tangents) + T(1.0 - t) * to_tangents;
+    const T point_mm = ends_keep_mm_ + lanes::splat<T>(most_off_mm - known_.tip_mm);
+    const Segment to_it(point.before_P, point.tip_P);
+    const Segment from_it(point.tip_P, point.behind_P);
+    quiet |= asked & (point_mm >= 0.0) & (length2(cut - point.tip_P) <= point_mm * point_mm) &
+             keeps(to_it, before) & keeps(to_it, cut) & keeps(from_it, cut) & keeps(from_it, behind);
   }
   // CL points that are passed on the way.
   void pass(const lanes::Mask<T>& passed, const PassedAt<T>& point, double most_off_mm) {
@@ -280,12 +302,12 @@ struct QuietRun::Judged {
     if (known_.flute_mm > 0.0)
       most_mm_ = lanes::select(passed, lanes::larger<T>(most_mm_, lanes::sqrt(point.off2_mm2)), most_mm_);
   }
-  // Of the tool axis, and of the tool up to its flute length. `sharper`, where norms are too much and
-  // `tells_axis_course`: bounds of both from the places of the tip, and from those of the whole tool
-  // (`nearest`). An axis is no farther from its arc than from any place of it; where it is not below what the
-  // report has of it at the tip's place already, that figure is worked out elsewhere.
+  // Of the tool axis, and of the tool up to its flute length. `sharper`, where norms are too much: bounds of
+  // both from the places of the tip, and from those of the whole tool (`nearest`). An axis is no farther from
+  // its arc than from any place of it; where it is not below what the report has of it at the tip's place
+  // already, that figure is worked out elsewhere.
   template <class Sharper>
-  void end_tool(const Chords<T>& block, bool tells_axis_course, const Sharper& sharper) {
+  void end_tool(const Chords<T>& block, const Sharper& sharper) {
     const T chord2 = length2(block.to_axis - block.from_axis);
     const T more = path_bow<T>(chord2, axis);
     axis = axis * arc_beyond_chord(chord2) + bow_axis_;
@@ -294,9 +316,9 @@ struct QuietRun::Judged {
     lanes::Mask<T> axis_keeps = axis <= known_.axis_limit;
     lanes::Mask<T> keeps = ~lanes::Mask<T>{};
     if (has_flute) keeps = most_mm_ + bow_mm_ + known_.flute_mm * axis_at_tip <= known_.flute_limit_mm;
-    if (has_flute && tells_axis_course && lanes::any(lanes::Mask<T>(quiet & ~(keeps & axis_keeps)))) {
+    if (lanes::any(lanes::Mask<T>(quiet & ~(keeps & axis_keeps)))) {
       const OffBeside<T> by_tip = sharper(false);
-      keeps |= by_tip.mm <= known_.flute_limit_mm;
+      if (has_flute) keeps |= by_tip.mm <= known_.flute_limit_mm;
       const lanes::Mask<T> below =
           ~axis_keeps & (by_tip.axis <= known_.axis) & (by_tip.axis + more <= known_.axis_at_tip);
       axis = lanes::select(below, by_tip.axis, axis);
@@ -332,9 +354,25 @@ struct QuietRun::Judged {
   }
 
  private:
+  struct Segment {
+    lanes::Triple<T> from_P, way;
+    T per_length2;
+    Segment(const lanes::Triple<T>& from, const lanes::Triple<T>& to)
+        : from_P(from), way(to - from), per_length2(1.0 / length2(way)) {}
+  };
+  lanes::Triple<T> sag() const { return lanes::load_vectors<T>(poses_.sag_mm, row_); }
+  // Within what the ends have to be.
+  lanes::Mask<T> keeps(const Segment& segment, const lanes::Triple<T>& p_P) const {
+    const lanes::Triple<T> to = p_P - segment.from_P;
+    const T t = clamped<T>(inner(to, segment.way) * segment.per_length2, T{});
+    return length2(to - t * segment.way) <= ends_keep_mm_ * ends_keep_mm_;
+  }
+
   T bow_mm_, bow_axis_, left_mm_, ends_keep_mm_, most_mm_;
   lanes::Mask<T> ends_keep_;
   const KnownFigures& known_;
+  const path::PoseRun& poses_;
+  std::size_t row_;
 };
 
 // The blocks, and the places at which they begin and end.
@@ -406,8 +444,8 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   if (corner.from_next && !lanes::any(lanes::Mask<T>(~beside.is_end))) {
     // From CL point to CL point.
     Judged<T> judged(poses, row, known, at, corner, beside.off2_mm2, beside.off2_axis);
-    judged.look_at_curve(poses, row, block, corner.load(points_->tip_P, -1), beside.tip_P, beside.is_end);
-    judged.end_tool(block, poses.tells_axis_course, [&](bool nearest) {
+    judged.look_at_curve(block, corner.load(points_->tip_P, -1), beside.tip_P, beside.is_end);
+    judged.end_tool(block, [&](bool nearest) {
       const ToolBeside<T> tool(poses, row, block, known.flute_mm);
       const SegmentsOf<T> segment(corner.load(points_->tip_P, -1), corner.load(points_->axis_P, -1),
                                   beside.tip_P, beside.axis_P);
@@ -426,16 +464,27 @@ void QuietRun::advance_few(const path::PoseRun& poses, std::size_t row, const Kn
   const Ends<T> end(*this, corner, block, beside);
   const Begins<T> begin(*this, corner, block, beside, end, at);
   Judged<T> judged(poses, row, known, at, corner, end.off2_mm2, end.off2_axis);
-  judged.look_at_curve(poses, row, block, end.tip1_P, beside.tip_P, ~(begin.passes | end.behind));
+  judged.look_at_curve(block, end.tip1_P, beside.tip_P, ~(begin.passes | end.behind));
   T least{};
   if (lanes::any(begin.passes)) {
     const PassedAt<T> point(block, end.tip1_P, corner.load(points_->axis_P, -1), least);
     judged.pass(begin.passes, point, most_off_mm);
     least = lanes::select(begin.passes, point.t, least);
   }
-  if (lanes::any(end.behind))
-    judged.pass(end.behind, PassedAt<T>(block, beside.tip_P, beside.axis_P, least), most_off_mm);
-  judged.end_tool(block, poses.tells_axis_course, [&](bool nearest) {
+  T last = least;
+  if (lanes::any(end.behind)) {
+    const PassedAt<T> point(block, beside.tip_P, beside.axis_P, least);
+    judged.pass(end.behind, point, most_off_mm);
+    last = lanes::select(end.behind, point.t, last);
+  }
+  judged.look_at_pieces(block, begin.passes ^ end.behind, most_off_mm, [&] {
+    const lanes::Triple<T> tip0_P = corner.load(points_->tip_P, -2);
+    const lanes::Triple<T> tip3_P = corner.load(points_->tip_P, 1);
+    return typename Judged<T>::Passed{chosen(begin.passes, tip0_P, end.tip1_P),
+                                      chosen(begin.passes, end.tip1_P, beside.tip_P),
+                                      chosen(begin.passes, beside.tip_P, tip3_P), last};
+  });
+  judged.end_tool(block, [&](bool nearest) {
     return tool_off<T>({poses, row, block, known.flute_mm}, {block, corner, begin, end}, nearest);
   });
   judged.quiet &= begin.found;
