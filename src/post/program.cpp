@@ -175,7 +175,7 @@ void Program::emit(Chunk& chunk) {
 
 void Program::pass_on(Chunk& chunk) {
   // Of a chunk whose text could not be made nothing is left.
-  if (failures_.pass_on || (chunk.text.empty() && chunk.motions.empty())) return;
+  if (failures_.pass_on || (chunk.text.empty() && chunk.points.empty())) return;
   if (auto done = or_failure([&] { return read_back_.pass_on(chunk); }); !done)
     failures_.pass_on = done.error();
 }

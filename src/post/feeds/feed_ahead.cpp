@@ -59,8 +59,9 @@ void FeedAhead::settle() {
 }
 
 void FeedAhead::add(Chunk& chunk) {
+  chunk.paces.assign(chunk.size(), 1.0);
   std::size_t event = 0;
-  for (std::size_t i = 0; i <= chunk.motions.size(); ++i) {
+  for (std::size_t i = 0; i <= chunk.size(); ++i) {
     for (; event < chunk.events.size() && chunk.events[event].before == i; ++event) {
       const nc::Spindle turned = asked_.now().spindle;
       asked_.take(chunk.events[event].record);
@@ -69,8 +70,8 @@ void FeedAhead::add(Chunk& chunk) {
       // The speed that the spindle has already is not said again.
       if (stands_still_at(chunk.events[event].record) || !(asked_.now().spindle == turned)) plan_->stop();
     }
-    if (i == chunk.motions.size()) break;
-    const Pending& motion = chunk.motions[i];
+    if (i == chunk.size()) break;
+    const ChunkMotion motion = chunk.motion(i);
     // Where the tool leaves the part to turn is found when the motion is made.
     const bool turns_away = chunk.chosen[i].reconfigure || turns_behind_;
     if (motion.point.rapid)
@@ -84,12 +85,10 @@ void FeedAhead::add(Chunk& chunk) {
 }
 
 void FeedAhead::add_motion(Chunk& chunk, std::size_t i) {
-  const auto end_of = [&](std::size_t k) {
-    return Stop{&chunk.joints[k], &chunk.motions[k].point.pose.tip_P};
-  };
+  const auto end_of = [&](std::size_t k) { return Stop{&chunk.joints[k], &chunk.points[k].pose.tip_P}; };
   Stop from = i > 0 ? end_of(i - 1) : Stop{&chunk.before.q, &chunk.before.tip_P};
   const Stop to = end_of(i);
-  const cl::Feed& feed = chunk.motions[i].feed;
+  const cl::Feed& feed = chunk.words_at(i).feed;
   // FEDRAT/INVERS says how long a motion takes: that stays.
   const bool is_timed = feed.mode == cl::FeedMode::inverse;
   const double rate = is_timed ? feed.value * (*to.tip_P - *from.tip_P).norm() : rate_mm_s(feed);
@@ -102,7 +101,7 @@ void FeedAhead::add_motion(Chunk& chunk, std::size_t i) {
     path::Point& point = chunk.inserted[segment.first + k];
     go_on({&point.q, &point.tip_P}, point.pace);
   }
-  go_on(to, chunk.motions[i].pace);
+  go_on(to, chunk.paces[i]);
 }
 
 void FeedAhead::add_block(const Stop& from, const Stop& to, double feed_mm_s, double* pace) {

@@ -17,14 +17,24 @@
 
 namespace trunnion::post {
 
-/// A motion of the CL file that waits for the choice of its joints.
-struct Pending {
-  path::ChoicePoint point;  // near the pole its tool axis may be tilted
+/// What the CL file says of a motion beside its point.
+struct MotionWords {
   cl::Feed feed;
-  Vec3 programmed_axis_P = Vec3::UnitZ();
   bool step = false;  // cl::Motion::step
   cl::Motion::Part part{};
-  double pace = 1.0;  // path::Point::pace
+  bool operator==(const MotionWords&) const = default;
+};
+
+/// From this motion on it says so.
+struct WordsFrom {
+  std::size_t motion = 0;
+  MotionWords words;
+};
+
+/// A motion as blocks are made of it.
+struct ChunkMotion {
+  const path::ChoicePoint& point;
+  const cl::Feed& feed;
 };
 
 /// What is said before a motion.
@@ -39,6 +49,14 @@ struct ToleranceFrom {
   path::Tolerance tolerance;
 };
 
+/// Of what is said from a motion on: what holds for motion `i`.
+template <class From>
+typename std::vector<From>::const_iterator in_force(const std::vector<From>& all, std::size_t i) {
+  const auto behind = std::upper_bound(all.begin(), all.end(), i,
+                                       [](std::size_t at, const From& from) { return at < from.motion; });
+  return std::prev(behind);
+}
+
 /// The segment that ends at a motion, as it was refined beforehand.
 struct PreparedSegment {
   static constexpr std::int32_t kUnknown = -2;
@@ -50,9 +68,40 @@ struct PreparedSegment {
   bool known() const { return report != kUnknown; }
 };
 
+/// Motions of the CL file, in columns.
+struct MotionColumns {
+  std::vector<path::ChoicePoint> points;  // near the pole tool axes may be tilted
+  std::vector<double> paces;              // path::Point::pace; empty: all are 1
+  std::vector<Vec3> programmed_axes_P;    // empty where `points` has them
+  std::vector<WordsFrom> words;           // the first ones hold from motion 0 on
+
+  std::size_t size() const { return points.size(); }
+  /// Of the motions that are added next.
+  void say(const MotionWords& said) { say_from(size(), said, words); }
+  static void say_from(std::size_t motion, const MotionWords& said, std::vector<WordsFrom>& words) {
+    if (words.empty() || !(words.back().words == said)) words.push_back({motion, said});
+  }
+  void clear_motions() {
+    points.clear();
+    paces.clear();
+    words.clear();
+    programmed_axes_P.clear();
+  }
+  ChunkMotion motion(std::size_t i) const { return {points[i], words_at(i).feed}; }
+  const MotionWords& words_at(std::size_t i) const { return in_force(words, i)->words; }
+  /// The first motion behind `i` with other words, or the end.
+  std::size_t words_end(std::size_t i) const {
+    const auto next = std::next(in_force(words, i));
+    return next == words.end() ? size() : std::min(next->motion, size());
+  }
+  double pace(std::size_t i) const { return paces.empty() ? 1.0 : paces[i]; }
+  const Vec3& programmed_axis_P(std::size_t i) const {
+    return programmed_axes_P.empty() ? points[i].pose.axis_P : programmed_axes_P[i];
+  }
+};
+
 /// A piece of the program that goes from stage to stage: so many motions and what is said between them.
-struct Chunk {
-  std::vector<Pending> motions;
+struct Chunk : MotionColumns {
   std::vector<Event> events;
   SpindleTool tool;                       // that the motions are made with
   std::vector<ToleranceFrom> tolerances;  // the first one holds from motion 0 on
@@ -81,19 +130,14 @@ struct Chunk {
   path::Point point(std::size_t i) const {
     path::Point out;
     out.q = joints[i];
-    out.tip_P = motions[i].point.pose.tip_P;
-    out.axis_P = motions[i].point.pose.axis_P;
-    out.where = motions[i].point.where;
-    out.pace = motions[i].pace;
+    out.tip_P = points[i].pose.tip_P;
+    out.axis_P = points[i].pose.axis_P;
+    out.where = points[i].where;
+    out.pace = pace(i);
     return out;
   }
   /// Under which the segment that ends at motion `i` was prepared.
-  const path::Tolerance& tolerance_at(std::size_t i) const {
-    const auto behind =
-        std::upper_bound(tolerances.begin(), tolerances.end(), i,
-                         [](std::size_t at, const ToleranceFrom& t) { return at < t.motion; });
-    return std::prev(behind)->tolerance;
-  }
+  const path::Tolerance& tolerance_at(std::size_t i) const { return in_force(tolerances, i)->tolerance; }
   /// Points that were inserted in it.
   std::span<const path::Point> inserted_in(const PreparedSegment& segment) const {
     if (segment.report < 0) return {};
@@ -102,7 +146,7 @@ struct Chunk {
 
   /// Nothing is known of the segments that end at its motions.
   void leave_unprepared() {
-    segments.assign(motions.size(), {});
+    segments.assign(size(), {});
     reports.clear();
     inserted.clear();
     corrections.joints.clear();
@@ -110,11 +154,11 @@ struct Chunk {
     corrections.keeps.clear();
   }
 
-  bool is_empty() const { return motions.empty() && events.empty() && !failure; }
+  bool is_empty() const { return points.empty() && events.empty() && !failure; }
 
   /// Empty, with the memory that it has. What was chosen stays until it is chosen anew.
   void clear() {
-    motions.clear();
+    clear_motions();
     events.clear();
     tolerances.clear();
     pole.clear();

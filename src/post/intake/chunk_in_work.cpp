@@ -7,9 +7,9 @@ namespace trunnion::post {
 std::uint16_t ChunkInWork::standing_axes(const Posting& posting, const JointWords& axis_words) const {
   const std::size_t i = motion;
   std::uint16_t out = 0;
-  if (chunk == nullptr || i >= chunk->motions.size()) return out;
+  if (chunk == nullptr || i >= chunk->size()) return out;
   std::size_t end = i + 1;
-  while (end < chunk->motions.size() && !chunk->chosen[end].reconfigure) ++end;
+  while (end < chunk->size() && !chunk->chosen[end].reconfigure) ++end;
   for (AxisId id = 0; id < posting.machine.axes.size(); ++id) {
     if (posting.machine.axes[id].kind != AxisKind::rotary) continue;
     const auto stands = [&](std::size_t k) {

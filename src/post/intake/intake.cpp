@@ -159,8 +159,8 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
   if (!motion->part.ends_inside) ++points_;
   std::unique_ptr<Chunk> done;
   // A plane holds one tool axis: a rapid to another one begins a new run.
-  const bool leaves_plane = options_.tilted_plane && motion->rapid && !chunk_->motions.empty() &&
-                            (chunk_->motions.back().programmed_axis_P - motion->axis_P).norm() > 1e-9;
+  const bool leaves_plane = options_.tilted_plane && motion->rapid && !chunk_->points.empty() &&
+                            (chunk_->points.back().pose.axis_P - motion->axis_P).norm() > 1e-9;
   if (shape_left_ > 0 && !shape_) {
     --shape_left_;
   } else if (motion->rapid && (feed_seen_ || leaves_plane)) {
@@ -176,24 +176,22 @@ std::unique_ptr<Chunk> Intake::take(const cl::Record& record, const cl::Resoluti
     chunk_->events.push_back({run_size(), *std::exchange(shape_, std::nullopt)});
   }
   feed_seen_ = feed_seen_ || !motion->rapid;
-  const Pending next = {{{motion->tip_P, motion->axis_P}, record.where, motion->rapid},
-                        motion->feed,
-                        motion->axis_P,
-                        motion->step,
-                        motion->part};
+  const path::ChoicePoint point = {{motion->tip_P, motion->axis_P}, record.where, motion->rapid};
+  const MotionWords words = {motion->feed, motion->step, motion->part};
   if (long_run_.is_held()) {
-    long_run_.add(next);
+    long_run_.add(point, words);
   } else {
-    chunk_->motions.push_back(next);
+    chunk_->say(words);
+    chunk_->points.push_back(point);
     hold_where_long();
   }
   return done;
 }
 
 void Intake::hold_where_long() {
-  if (chunk_->motions.size() != 2 * kLongRun || !long_run_.may_hold()) return;
-  long_run_.hold(chunk_->motions);
-  chunk_->motions.clear();
+  if (chunk_->size() != 2 * kLongRun || !long_run_.may_hold()) return;
+  long_run_.hold(chunk_->points, chunk_->words);
+  chunk_->clear_motions();
 }
 
 // Up to where a run may be cut or is held the next time; 0 within an arc or a hole.
@@ -217,9 +215,10 @@ std::unique_ptr<Chunk> Intake::take(std::span<const cl::PlainCut> cuts, const cl
   if (long_run_.is_held()) {
     long_run_.add(cuts, feed);
   } else {
-    auto& motions = chunk_->motions;
-    motions.reserve(2 * kLongRun);
-    for (const cl::PlainCut& cut : cuts) motions.push_back({point_of(cut), feed, cut.axis_P, false});
+    auto& points = chunk_->points;
+    points.reserve(2 * kLongRun);
+    chunk_->say({feed});
+    for (const cl::PlainCut& cut : cuts) points.push_back(point_of(cut));
     hold_where_long();
   }
   return done;
@@ -230,14 +229,13 @@ std::unique_ptr<Chunk> Intake::flush() {
   const bool was_held = long_run_.is_held();
   if (was_held) {
     long_run_.finish(*chunk_);
-  } else if (chunk_->motions.empty()) {
+  } else if (chunk_->points.empty()) {
     chunk_->chosen.clear();
   } else if (const auto done = choice_.choose(*chunk_); !done) {
     chunk_->failure = done.error();
   }
   auto out = std::exchange(chunk_, fresh());
   if (!was_held && (out->failure || !long_run_.may_divide(*out))) return out;
-  choice_.free_room();
   return long_run_.hand_on(std::move(out));
 }
 

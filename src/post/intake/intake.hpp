@@ -42,11 +42,11 @@ class Intake {
   std::unique_ptr<Chunk> fresh();
   void hold_where_long();
   /// Motions of the present run.
-  bool run_is_empty() const { return chunk_->motions.empty() && !long_run_.is_held(); }
+  bool run_is_empty() const { return chunk_->points.empty() && !long_run_.is_held(); }
   const ToolPose& last_pose() const {
-    return long_run_.is_held() ? long_run_.last_pose() : chunk_->motions.back().point.pose;
+    return long_run_.is_held() ? long_run_.last_pose() : chunk_->points.back().pose;
   }
-  std::size_t run_size() const { return long_run_.is_held() ? long_run_.size() : chunk_->motions.size(); }
+  std::size_t run_size() const { return long_run_.is_held() ? long_run_.size() : chunk_->size(); }
   std::unique_ptr<Chunk> take_word(const cl::Record& record);
   /// The chunk that ends at a tool change.
   std::unique_ptr<Chunk> take_tool(const cl::ToolChange& change, SourceRef where);

@@ -46,20 +46,17 @@ void JointChoice::end_at(const path::ChoicePoint& point, const JointVector& q_le
 }
 
 Result<void> JointChoice::choose(Chunk& chunk) {
-  points_.clear();
-  points_.reserve(chunk.motions.size());
-  for (const Pending& p : chunk.motions) points_.push_back(p.point);
   const path::ChoiceSummary so_far = summary_;
   if (auto done = choose_points(chunk); !done) return done;
   if (options_.pole.tolerance.rad() > 0.0) {
     if (auto done = tilt_near_pole(chunk, so_far); !done) return done;
   }
-  end_at(chunk.motions.back().point, chunk.chosen.back().q_leave);
+  end_at(chunk.points.back(), chunk.chosen.back().q_leave);
   return {};
 }
 
 Result<void> JointChoice::choose_points(Chunk& chunk) {
-  return path::choose_solutions(machine_, {points_, last_.q, job_.cl_file}, options(), chunk.chosen,
+  return path::choose_solutions(machine_, {chunk.points, last_.q, job_.cl_file}, options(), chunk.chosen,
                                 summary_);
 }
 
@@ -68,15 +65,15 @@ Result<void> JointChoice::tilt_near_pole(Chunk& chunk, const path::ChoiceSummary
   const path::PoleOptions& pole = options_.pole;
   std::optional<path::PoleStart> from;
   if (has_last_) from = path::PoleStart{last_.q, kinematics_.pose(last_.q)};
-  if (!path::turns_near_pole(machine_, pole, points_, chunk.chosen, from)) return {};
-  const std::vector<path::ChoicePoint> programmed = points_;
+  if (!path::turns_near_pole(machine_, pole, chunk.points, chunk.chosen, from)) return {};
+  const std::vector<path::ChoicePoint> programmed = chunk.points;
+  for (const path::ChoicePoint& point : programmed) chunk.programmed_axes_P.push_back(point.pose.axis_P);
   const std::vector<path::ChosenPoint> before = std::exchange(chunk.chosen, {});
-  points_ = path::put_on_pole(machine_, pole, programmed);
+  chunk.points = path::put_on_pole(machine_, pole, programmed);
   summary_ = so_far;
   if (auto done = choose_points(chunk); !done) return done;
   chunk.pole = path::tilt_near_pole(machine_, tool_.vector(), pole, options().axis_tolerance,
-                                    {programmed, before, points_, chunk.chosen, from});
-  for (std::size_t i = 0; i < chunk.motions.size(); ++i) chunk.motions[i].point = points_[i];
+                                    {programmed, before, chunk.points, chunk.chosen, from});
   return {};
 }
 

@@ -46,8 +46,6 @@ class JointChoice {
   bool has_last() const { return has_last_; }
   path::ChoiceSummary& summary() { return summary_; }
   const path::ChoiceSummary& summary() const { return summary_; }
-  /// Memory of the points of a long run.
-  void free_room() { points_ = {}; }
 
  private:
   Result<void> choose_points(Chunk& chunk);
@@ -67,7 +65,6 @@ class JointChoice {
   path::Point last_;
   bool has_last_ = false;
   path::ChoiceSummary summary_;
-  std::vector<path::ChoicePoint> points_;  // room
 };
 
 }  // namespace trunnion::post

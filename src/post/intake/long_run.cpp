@@ -20,35 +20,24 @@ bool LongRun::may_hold() const {
          !options_.tilted_plane && !options_.nonlinear.thin && !options_.nonlinear.move_programmed_points;
 }
 
-void LongRun::hold(const std::vector<Pending>& motions) {
+void LongRun::hold(std::span<const path::ChoicePoint> points, const std::vector<WordsFrom>& words) {
   held_ =
       std::make_unique<path::HeldRun>(choice_.machine(), choice_.last().q, choice_.options(), job_.cl_file);
-  feeds_.clear();
-  points_.clear();
-  for (const Pending& motion : motions) {
-    add_feed({size(), motion.feed, motion.step, motion.part});
-    points_.push_back(motion.point);
-  }
+  words_ = words;
+  points_.assign(points.begin(), points.end());
   pack();
 }
 
-void LongRun::add(const Pending& motion) {
-  add_feed({size(), motion.feed, motion.step, motion.part});
-  points_.push_back(motion.point);
+void LongRun::add(const path::ChoicePoint& point, const MotionWords& words) {
+  MotionColumns::say_from(size(), words, words_);
+  points_.push_back(point);
   pack_where_many();
 }
 
 void LongRun::add(std::span<const cl::PlainCut> cuts, const cl::Feed& feed) {
-  add_feed({size(), feed});
+  MotionColumns::say_from(size(), {feed}, words_);
   for (const cl::PlainCut& cut : cuts) points_.push_back(point_of(cut));
   pack_where_many();
-}
-
-// Of the next motions.
-void LongRun::add_feed(const HeldFeed& feed) {
-  if (feeds_.empty() || feeds_.back().feed != feed.feed || feeds_.back().step != feed.step ||
-      feeds_.back().part != feed.part)
-    feeds_.push_back(feed);
 }
 
 void LongRun::pack_where_many() {
@@ -81,13 +70,13 @@ std::unique_ptr<Chunk> LongRun::hand_on(std::unique_ptr<Chunk> whole) {
     return whole;
   }
   whole_ = std::move(whole);
-  whole_size_ = unheld_ ? unheld_->size() : whole_->motions.size();
-  piece_begin_ = piece_event_ = piece_feed_ = 0;
+  whole_size_ = unheld_ ? unheld_->size() : whole_->size();
+  piece_begin_ = piece_event_ = 0;
   return next_piece();
 }
 
 bool LongRun::may_divide(const Chunk& chunk) const {
-  if (chunk.motions.size() < 2 * kLongRun || !chunk.pole.empty() || options_.tilted_plane) return false;
+  if (chunk.size() < 2 * kLongRun || !chunk.pole.empty() || options_.tilted_plane) return false;
   if (options_.nonlinear.thin || options_.nonlinear.move_programmed_points) return false;
   return std::none_of(chunk.events.begin(), chunk.events.end(), [](const Event& event) {
     return std::holds_alternative<cl::ShapeBegin>(event.record.data);
@@ -106,18 +95,11 @@ std::size_t LongRun::end_of_piece() const {
 
 void LongRun::take_held(std::size_t count, Chunk& piece) {
   piece.chosen.resize(count);
-  piece.motions.reserve(count);
-  while (piece.motions.size() < count) {
-    const std::size_t taken = piece.motions.size();
-    points_.clear();
-    unheld_->take(std::span(piece.chosen).subspan(taken, std::min(kTakenAtATime, count - taken)), points_,
-                  choice_.summary());
-    for (const path::ChoicePoint& point : points_) {
-      const std::size_t motion = piece_begin_ + piece.motions.size();
-      while (piece_feed_ + 1 < feeds_.size() && feeds_[piece_feed_ + 1].motion <= motion) ++piece_feed_;
-      const HeldFeed& feed = feeds_[piece_feed_];
-      piece.motions.push_back({point, feed.feed, point.pose.axis_P, feed.step, feed.part});
-    }
+  piece.points.reserve(count);
+  while (piece.size() < count) {
+    const std::size_t taken = piece.size();
+    unheld_->take(std::span(piece.chosen).subspan(taken, std::min(kTakenAtATime, count - taken)),
+                  piece.points, choice_.summary());
   }
 }
 
@@ -136,7 +118,8 @@ std::unique_ptr<Chunk> LongRun::next_piece() {
   if (unheld_) {
     take_held(end - begin, *piece);
   } else {
-    range(whole.motions, piece->motions);
+    range(whole.points, piece->points);
+    if (!whole.programmed_axes_P.empty()) range(whole.programmed_axes_P, piece->programmed_axes_P);
     range(whole.chosen, piece->chosen);
   }
   piece->inverse = whole.inverse;
@@ -145,14 +128,19 @@ std::unique_ptr<Chunk> LongRun::next_piece() {
     if (event.before >= end && !is_last) break;
     piece->events.push_back({event.before - begin, event.record});
   }
-  for (const ToleranceFrom& from : whole.tolerances) {
-    if (from.motion <= begin) piece->tolerances.assign(1, {0, from.tolerance});
-    if (from.motion > begin && (from.motion < end || is_last))
-      piece->tolerances.push_back({from.motion - begin, from.tolerance});
-  }
+  const auto take_from = [&](const auto& all, auto& out) {
+    for (auto from : all) {
+      if (from.motion <= begin) out.clear();
+      if (from.motion >= end && !is_last) break;
+      from.motion = from.motion <= begin ? 0 : from.motion - begin;
+      out.push_back(from);
+    }
+  };
+  take_from(whole.tolerances, piece->tolerances);
+  take_from(unheld_ ? words_ : whole.words, piece->words);
   piece->before = whole.before;
   piece->has_before = whole.has_before;
-  whole.before = choice_.rounded(piece->motions.back().point, piece->chosen.back().q_leave);
+  whole.before = choice_.rounded(piece->points.back(), piece->chosen.back().q_leave);
   whole.has_before = true;
   piece_begin_ = end;
   if (is_last) {

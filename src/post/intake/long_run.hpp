@@ -29,8 +29,8 @@ class LongRun {
   /// What is said of the pole, planes and runs in which points are dropped look at a run as a whole.
   bool may_hold() const;
   /// From here on motions come to it, these the first.
-  void hold(const std::vector<Pending>& motions);
-  void add(const Pending& motion);
+  void hold(std::span<const path::ChoicePoint> points, const std::vector<WordsFrom>& words);
+  void add(const path::ChoicePoint& point, const MotionWords& words);
   void add(std::span<const cl::PlainCut> cuts, const cl::Feed& feed);
   /// Of the motions that are held.
   std::size_t size() const { return held_->size() + points_.size(); }
@@ -47,14 +47,6 @@ class LongRun {
   bool may_divide(const Chunk& chunk) const;
 
  private:
-  /// What a held run says beside its points, where it changes.
-  struct HeldFeed {
-    std::size_t motion = 0;
-    cl::Feed feed;
-    bool step = false;
-    cl::Motion::Part part{};
-  };
-  void add_feed(const HeldFeed& feed);
   void pack();
   void pack_where_many();
   void take_held(std::size_t count, Chunk& piece);
@@ -65,15 +57,14 @@ class LongRun {
   JointChoice& choice_;
   ChunkStore& store_;
   std::unique_ptr<path::HeldRun> held_;  // the present run, up to points_
-  std::vector<HeldFeed> feeds_;
+  std::vector<WordsFrom> words_;         // of the run that is held
   path::ChoicePoint last_;
-  std::vector<path::ChoicePoint> points_;
+  std::vector<path::ChoicePoint> points_;  // that are not packed yet
   std::unique_ptr<Chunk> whole_;           // that goes on in pieces
   std::unique_ptr<path::HeldRun> unheld_;  // its motions, where they were held
   std::size_t whole_size_ = 0;
   std::size_t piece_begin_ = 0;  // of its motions, the next piece
   std::size_t piece_event_ = 0;  // the first of its events that is not handed on
-  std::size_t piece_feed_ = 0;   // that is in force there
 };
 
 }  // namespace trunnion::post

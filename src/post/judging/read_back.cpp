@@ -38,16 +38,24 @@ ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSin
   if (errors != nullptr || job.offsets != nullptr) verifier_->judge_nominal_too();
 }
 
-void ReadBack::expect(std::span<const Pending> motions) {
+void ReadBack::expect(const Chunk& chunk, std::size_t first, std::size_t end) {
   expected_.clear();
-  for (const Pending& p : motions) {
+  std::size_t words_end = first;
+  const MotionWords* said = nullptr;
+  for (std::size_t i = first; i < end; ++i) {
+    if (i == words_end) {
+      said = &chunk.words_at(i);
+      words_end = chunk.words_end(i);
+    }
+    const path::ChoicePoint& point = chunk.points[i];
+    const MotionWords& words = *said;
     // What path stages have added is none of the CL file's: the program is judged by the motions of the
     // text.
-    if (p.part.ends_inside) continue;
-    cl::Feed feed = p.feed;
-    if (feed.mode == cl::FeedMode::inverse) feed.value *= p.part.share;
+    if (words.part.ends_inside) continue;
+    cl::Feed feed = words.feed;
+    if (feed.mode == cl::FeedMode::inverse) feed.value *= words.part.share;
     expected_.push_back(
-        {p.point.pose.tip_P, p.programmed_axis_P, feed, p.point.rapid, p.step, p.point.where});
+        {point.pose.tip_P, chunk.programmed_axis_P(i), feed, point.rapid, words.step, point.where});
   }
   verifier_->expect(expected_);
 }
@@ -61,11 +69,11 @@ void ReadBack::expect(const Chunk& chunk) {
   if (!chunk.tool.control_adds_length) verifier_->expect_no_length();
   std::size_t done = 0;
   for (const Event& event : chunk.events) {
-    expect(std::span(chunk.motions).subspan(done, event.before - done));
+    expect(chunk, done, event.before);
     done = event.before;
     verifier_->expect(event.record);
   }
-  expect(std::span(chunk.motions).subspan(done));
+  expect(chunk, done, chunk.size());
   verifier_->text(unread_);
   unread_.clear();
 }

@@ -30,7 +30,7 @@ class ReadBack {
  private:
   /// The motions and words that the text of the chunk was made from; then the text before it is read.
   void expect(const Chunk& chunk);
-  void expect(std::span<const Pending> motions);
+  void expect(const Chunk& chunk, std::size_t first, std::size_t end);
 
   const TextSink& sink_;
   Diagnostics diagnostics_;

@@ -234,11 +234,11 @@ void BlockMaker::begin_segment(std::size_t i) {
   const auto target = [](const ToolPose& pose, SourceRef where) {
     return Target{pose.tip_P, pose.axis_P, where.line, false};
   };
-  const path::ChoicePoint& to = work_.now.chunk->motions[i].point;
+  const path::ChoicePoint& to = work_.now.chunk->points[i];
   const path::Point& before = work_.now.chunk->before;
-  const Target from = i == 0 ? target({before.tip_P, before.axis_P}, before.where)
-                             : target(work_.now.chunk->motions[i - 1].point.pose,
-                                      work_.now.chunk->motions[i - 1].point.where);
+  const Target from = i == 0
+                          ? target({before.tip_P, before.axis_P}, before.where)
+                          : target(work_.now.chunk->points[i - 1].pose, work_.now.chunk->points[i - 1].where);
   work_.course.begin_segment(from, target(to.pose, to.where), work_.tool.tool.flute_mm);
 }
 

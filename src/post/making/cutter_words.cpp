@@ -40,7 +40,7 @@ Result<void> CutterWords::check(std::size_t i) {
     return fail(ErrorCode::check_failed, "CUTCOM: " + why, work_.posting.job.cl_file, to.where);
   };
   const bool on = work_.cutter.is_on();
-  if (on && (work_.at.approaches || work_.now.chunk->motions[i].point.rapid))
+  if (on && (work_.at.approaches || work_.now.chunk->points[i].rapid))
     return refuse("CUTCOM/OFF is missing before this rapid");
   if (on && !work_.same_rotary(work_.at.point.q, to.q))
     return refuse("the tool axis turns while the control compensates: CUTCOM/OFF is missing");

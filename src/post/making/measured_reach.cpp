@@ -6,8 +6,8 @@ namespace trunnion::post {
 
 void MeasuredReach::take(const Chunk& chunk) {
   if (!asked_) return;
-  for (std::size_t i = 0; i < chunk.motions.size(); ++i) {
-    if (chunk.motions[i].point.rapid) continue;
+  for (std::size_t i = 0; i < chunk.size(); ++i) {
+    if (chunk.points[i].rapid) continue;
     const JointVector& q = chunk.chosen[i].q;
     if (!cuts_) smallest_q_ = largest_q_ = q;
     cuts_ = true;

@@ -47,9 +47,9 @@ Result<void> Pipeline::emit(Chunk& chunk) {
     if (auto begun = begin_text(chunk); !begun) return begun;
   }
   reach_.take(chunk);
-  if (!work_.posting.options.path_stages.empty()) count_parts(chunk.motions, 1);
+  if (!work_.posting.options.path_stages.empty()) count_parts(chunk, 0, chunk.size(), 1);
   tell_pole(work_);
-  if (work_.posting.options.tilted_plane && !chunk.motions.empty()) choose_plane(work_);
+  if (work_.posting.options.tilted_plane && !chunk.points.empty()) choose_plane(work_);
   auto done = emit_run();
   work_.now.chunk = nullptr;
   chunk.text.swap(work_.posting.text);
@@ -57,11 +57,12 @@ Result<void> Pipeline::emit(Chunk& chunk) {
 }
 
 // What path stages have added; `times` is -1 for what does not go into the text after all.
-void Pipeline::count_parts(std::span<const Pending> motions, int times) {
+void Pipeline::count_parts(const Chunk& chunk, std::size_t first, std::size_t end, int times) {
   int added = 0, divided = 0;
-  for (const Pending& motion : motions) {
-    if (motion.part.ends_inside) ++added;
-    if (!motion.part.ends_inside && motion.part.share < 1.0) ++divided;
+  for (std::size_t i = first; i < end; ++i) {
+    const cl::Motion::Part& part = chunk.words_at(i).part;
+    if (part.ends_inside) ++added;
+    if (!part.ends_inside && part.share < 1.0) ++divided;
   }
   PostReport& report = work_.posting.report;
   report.points_inserted += static_cast<std::size_t>(times * added);  // to take off is to add, modulo 2^64
@@ -69,19 +70,18 @@ void Pipeline::count_parts(std::span<const Pending> motions, int times) {
 }
 
 Result<void> Pipeline::emit_run() {
-  const auto& motions = work_.now.chunk->motions;
+  const Chunk& chunk = *work_.now.chunk;
   const auto& events = work_.now.chunk->events;
   const auto& chosen = work_.now.chunk->chosen;
   std::size_t event = 0;
-  for (std::size_t i = 0; i <= motions.size(); ++i) {
+  for (std::size_t i = 0; i <= chunk.size(); ++i) {
     work_.now.motion = i;
     for (; event < events.size() && events[event].before == i; ++event) {
       if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
         const auto taken = shapes_.make(*begin->shape, i);
         if (!taken) return tl::unexpected(taken.error());
         if (!*taken) continue;
-        if (begin->shape->added > 0)
-          count_parts(std::span(motions).subspan(i, begin->shape->all_motions()), -1);
+        if (begin->shape->added > 0) count_parts(chunk, i, i + begin->shape->all_motions(), -1);
         // Nothing but the dwell of a hole stands between its motions.
         i += begin->shape->all_motions();
         while (event + 1 < events.size() && events[event + 1].before < i) ++event;
@@ -89,8 +89,8 @@ Result<void> Pipeline::emit_run() {
       }
       if (auto done = events_.take(events[event].record); !done) return done;
     }
-    if (i == motions.size()) break;
-    const Pending& motion = motions[i];
+    if (i == chunk.size()) break;
+    const ChunkMotion motion = chunk.motion(i);
     if (auto done = work_.spindle.resume(); !done) return done;
     if (!motion.point.rapid) work_.spindle.warn_before_cut(motion.point.where);
     if (work_.at.returns) {
@@ -112,7 +112,7 @@ Result<void> Pipeline::emit_run() {
     }
     const PreparedSegment* const segment = segments_.prepared(i);
     if (segment != nullptr && plain_.serve()) {
-      const std::size_t end = event < events.size() ? events[event].before : motions.size();
+      const std::size_t end = event < events.size() ? events[event].before : chunk.size();
       const auto next = plain_.make(i, end);
       if (!next) return tl::unexpected(next.error());
       if (*next > i) {

@@ -41,7 +41,7 @@ class Pipeline {
   /// The head of the program, when its first motions and what is said before them are known.
   Result<void> begin_text(const Chunk& chunk);
   Result<void> emit_run();
-  void count_parts(std::span<const Pending> motions, int times);
+  void count_parts(const Chunk& chunk, std::size_t first, std::size_t end, int times);
   void set_tool(const SpindleTool& tool);
 
   ProgramInWork work_;

@@ -18,12 +18,12 @@ Result<std::size_t> PlainMotions::make(std::size_t first, std::size_t end) {
   if (work_.errors.compensator &&
       !work_.posting.writer.takes_run(work_.posting.letters, work_.planner.run_mode()))
     return first;
-  const auto& motions = work_.now.chunk->motions;
+  const Chunk& chunk = *work_.now.chunk;
   PlainRun run;
   const FeedPlanner::Stop from =
       first == 0
           ? FeedPlanner::Stop{&work_.now.chunk->before.q, &work_.now.chunk->before.tip_P}
-          : FeedPlanner::Stop{&work_.now.chunk->joints[first - 1], &motions[first - 1].point.pose.tip_P};
+          : FeedPlanner::Stop{&work_.now.chunk->joints[first - 1], &chunk.points[first - 1].pose.tip_P};
   run.begin(from, first);
   if (work_.errors.compensator) {
     run.begin(work_.at.joints, *from.tip_P, first);
@@ -33,25 +33,31 @@ Result<std::size_t> PlainMotions::make(std::size_t first, std::size_t end) {
     work_.posting.report.largest_correction_mm = std::max(work_.posting.report.largest_correction_mm,
                                                           work_.now.chunk->corrections.largest_correction_mm);
   }
-  double feed_mm_s = motions[first].feed.value;
+  double feed_mm_s = chunk.words_at(first).feed.value;
+  cl::Feed feed;
+  std::size_t feed_end = first;
   std::size_t i = first;
-  for (; i < end; ++i) {
-    i = work_.errors.compensator ? add_known(run, i, end, feed_mm_s) : add_kept(run, i, end, feed_mm_s);
-    if (i == end) break;
-    const Pending& motion = motions[i];
-    const PreparedSegment& segment = work_.now.chunk->segments[i];
-    const path::ChosenPoint& chosen = work_.now.chunk->chosen[i];
-    if (!segment.known() || chosen.reconfigure || motion.feed.mode != cl::FeedMode::per_minute ||
+  while (i < end) {
+    if (i == feed_end) {
+      feed = chunk.words_at(i).feed;
+      feed_end = std::min(chunk.words_end(i), end);
+    }
+    if (feed.mode == cl::FeedMode::per_minute && feed.value == feed_mm_s)
+      i = work_.errors.compensator ? add_known(run, i, feed_end) : add_kept(run, i, feed_end);
+    if (i == feed_end) continue;
+    const PreparedSegment& segment = chunk.segments[i];
+    const path::ChosenPoint& chosen = chunk.chosen[i];
+    if (!segment.known() || chosen.reconfigure || feed.mode != cl::FeedMode::per_minute ||
         !same_joints(chosen.q_leave, chosen.q))
       break;
-    const std::size_t blocks = 1 + work_.now.chunk->inserted_in(segment).size();
-    if (motion.feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
+    const std::size_t blocks = 1 + chunk.inserted_in(segment).size();
+    if (feed.value != feed_mm_s || run.count + blocks > PlainRun::kMost) {
       if (auto done = write_run(run); !done) return tl::unexpected(done.error());
-      feed_mm_s = motion.feed.value;
+      feed_mm_s = feed.value;
     }
-    if (segment.report >= 0)
-      segments_.note(work_.now.chunk->reports[static_cast<std::size_t>(segment.report)]);
+    if (segment.report >= 0) segments_.note(chunk.reports[static_cast<std::size_t>(segment.report)]);
     if (auto done = add(run, i); !done) return tl::unexpected(done.error());
+    ++i;
   }
   if (auto done = write_run(run); !done) return tl::unexpected(done.error());
   if (i > first) work_.at.point = work_.now.chunk->point(i - 1);
@@ -59,23 +65,22 @@ Result<std::size_t> PlainMotions::make(std::size_t first, std::size_t end) {
   return i;
 }
 
-// Its segment keeps, and it is plain and has this feed.
-inline bool PlainMotions::goes_on(std::size_t i, double feed_mm_s) const {
+// Its segment keeps, and it is plain.
+inline bool PlainMotions::goes_on(std::size_t i) const {
   const path::ChosenPoint& chosen = work_.now.chunk->chosen[i];
-  const cl::Feed& feed = work_.now.chunk->motions[i].feed;
   return work_.now.chunk->segments[i].report == PreparedSegment::kKept && !chosen.reconfigure &&
-         feed.mode == cl::FeedMode::per_minute && feed.value == feed_mm_s &&
          same_joints(chosen.q_leave, chosen.q);
 }
 
 // The motions from `i` on that go on so, as far as they find room. Gives the next one.
-std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const {
-  const Pending* const motions = work_.now.chunk->motions.data();
+std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end) const {
+  const Chunk& chunk = *work_.now.chunk;
+  const path::ChoicePoint* const points = chunk.points.data();
   const JointVector* const joints = work_.now.chunk->joints.data();
   std::size_t count = run.count;
-  for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
+  for (; i < end && count < PlainRun::kMost && goes_on(i); ++i) {
     ++count;
-    run.stops[count] = {&joints[i], &motions[i].point.pose.tip_P, motions[i].pace};
+    run.stops[count] = {&joints[i], &points[i].pose.tip_P, chunk.pace(i)};
     run.motions[count] = i;
   }
   run.count = count;
@@ -85,8 +90,8 @@ std::size_t PlainMotions::add_kept(PlainRun& run, std::size_t i, std::size_t end
 // The path's axis turns at nearly all points: that is asked first.
 inline bool PlainMotions::axis_stands(std::size_t i) const {
   const Chunk& chunk = *work_.now.chunk;
-  const Vec3& before_P = i > 0 ? chunk.motions[i - 1].point.pose.axis_P : chunk.before.axis_P;
-  const Vec3& axis_P = chunk.motions[i].point.pose.axis_P;
+  const Vec3& before_P = i > 0 ? chunk.points[i - 1].pose.axis_P : chunk.before.axis_P;
+  const Vec3& axis_P = chunk.points[i].pose.axis_P;
   return axis_P.x() == before_P.x() && axis_P.y() == before_P.y() && axis_P.z() == before_P.z();
 }
 
@@ -99,13 +104,13 @@ bool PlainMotions::turns_idly(std::size_t i, const JointVector& from, const Join
 
 // The same on a machine with errors, as far as their blocks were corrected and bounded beforehand, and leave
 // nothing to be asked.
-std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) {
+std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t end) {
   const Chunk::Corrections& known = work_.now.chunk->corrections;
   if (known.keeps.empty()) return i;
   const bool turns_tool = work_.errors.turner != nullptr;
   const JointVector* last = &work_.at.joints;
   std::size_t count = run.count;
-  for (; i < end && count < PlainRun::kMost && goes_on(i, feed_mm_s); ++i) {
+  for (; i < end && count < PlainRun::kMost && goes_on(i); ++i) {
     const std::size_t k = work_.now.chunk->segments[i].end;
     if (known.keeps[k] == 0) break;
     const JointVector* const from = &known.joints[k - 1];
@@ -115,7 +120,7 @@ std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t en
       break;
     last = &q;
     ++count;
-    run.stops[count] = {&q, &work_.now.chunk->motions[i].point.pose.tip_P, work_.now.chunk->motions[i].pace};
+    run.stops[count] = {&q, &work_.now.chunk->points[i].pose.tip_P, work_.now.chunk->pace(i)};
     run.motions[count] = i;
   }
   if (count == run.count) return i;
@@ -127,7 +132,7 @@ std::size_t PlainMotions::add_known(PlainRun& run, std::size_t i, std::size_t en
 
 // The blocks of motion `i`.
 Result<void> PlainMotions::add(PlainRun& run, std::size_t i) {
-  const ToolPose& end = work_.now.chunk->motions[i].point.pose;
+  const ToolPose& end = work_.now.chunk->points[i].pose;
   const auto inserted = work_.now.chunk->inserted_in(work_.now.chunk->segments[i]);
   Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
   if (work_.errors.compensator) {
@@ -146,7 +151,7 @@ Result<void> PlainMotions::add(PlainRun& run, std::size_t i) {
     run.add({&point.q, &point.tip_P, point.pace}, i);
   }
   if (run.count == PlainRun::kMost) done = write_run(run);
-  run.add({&work_.now.chunk->joints[i], &end.tip_P, work_.now.chunk->motions[i].pace}, i);
+  run.add({&work_.now.chunk->joints[i], &end.tip_P, work_.now.chunk->pace(i)}, i);
   return done;
 }
 
@@ -190,7 +195,7 @@ Result<void> PlainMotions::add_corrected(PlainRun& run, const path::Point& to, c
   }
   done = write_run(run);
   if (!done) return done;
-  const Pending& motion = work_.now.chunk->motions[i];
+  const ChunkMotion motion = work_.now.chunk->motion(i);
   if (*found != work_.at.joints)
     done = blocks_.cut_to_place(to, *found, {motion.feed.value, motion.feed, motion.point.where, 0});
   work_.at.point = to;
@@ -231,9 +236,7 @@ Result<void> PlainMotions::write_run(PlainRun& run) {
 
 // The point of the chunk with this tip, of motion `i` or where it begins.
 path::Point PlainMotions::point_of(const FeedPlanner::Stop& stop, std::size_t i) const {
-  const auto ends_there = [&](std::size_t k) {
-    return stop.tip_P == &work_.now.chunk->motions[k].point.pose.tip_P;
-  };
+  const auto ends_there = [&](std::size_t k) { return stop.tip_P == &work_.now.chunk->points[k].pose.tip_P; };
   if (ends_there(i)) return work_.now.chunk->point(i);
   if (i > 0 && ends_there(i - 1)) return work_.now.chunk->point(i - 1);
   for (const path::Point& inserted : work_.now.chunk->inserted_in(work_.now.chunk->segments[i])) {
@@ -251,7 +254,7 @@ std::size_t PlainMotions::write_together(const PlainRun& run, std::size_t done) 
   const std::size_t most = std::min(run.count - done, run.together);
   const std::span<const FeedPlanner::Stop> stops(run.stops.data() + done, most + 1);
   const std::size_t planned =
-      work_.planner.plan_run(stops, work_.now.chunk->motions[run.motions[done + 1]].feed.value, feeds);
+      work_.planner.plan_run(stops, work_.now.chunk->words_at(run.motions[done + 1]).feed.value, feeds);
   std::array<nc::RunBlock, PlainRun::kMost> blocks;
   std::size_t count = 0;
   for (; count < planned && work_.axis_words.put(*stops[count + 1].q, blocks[count]); ++count)
@@ -279,7 +282,7 @@ Result<void> PlainMotions::write_one(const PlainRun& run, std::size_t block) {
   const Vec3& to_P = *run.stops[block].tip_P;
   const double pace = run.stops[block].pace;
   const std::size_t i = run.motions[block];
-  const Pending& motion = work_.now.chunk->motions[i];
+  const ChunkMotion motion = work_.now.chunk->motion(i);
   if (!work_.errors.compensator && work_.axis_words.are_within_travel(q)) {
     Result<void> done;  // default-initialised: `{}` would clear the room of an Error first
     if (q == work_.at.joints) return done;

@@ -21,10 +21,10 @@ class PlainMotions {
   Result<std::size_t> make(std::size_t first, std::size_t end);
 
  private:
-  std::size_t add_kept(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s) const;
+  std::size_t add_kept(PlainRun& run, std::size_t i, std::size_t end) const;
   Result<void> add(PlainRun& run, std::size_t i);
-  std::size_t add_known(PlainRun& run, std::size_t i, std::size_t end, double feed_mm_s);
-  bool goes_on(std::size_t i, double feed_mm_s) const;
+  std::size_t add_known(PlainRun& run, std::size_t i, std::size_t end);
+  bool goes_on(std::size_t i) const;
   /// The path's tool axis is the same before motion `i` and behind it.
   bool axis_stands(std::size_t i) const;
   /// Such a motion turns the axes by its correction alone.

@@ -8,7 +8,7 @@
 
 namespace trunnion::post {
 
-Result<void> RotaryTurns::make_waiting(const Pending& motion) {
+Result<void> RotaryTurns::make_waiting(const ChunkMotion& motion) {
   const auto waits = std::exchange(work_.at.turn_due, std::nullopt);
   if (!waits || motion.point.rapid || work_.at.approaches) return {};
   return turn_away(*waits, motion);
@@ -16,7 +16,7 @@ Result<void> RotaryTurns::make_waiting(const Pending& motion) {
 
 // The tool leaves along its axis, the rotary axes turn at the safe height to the position that the path goes
 // on with, and the tool comes back along its axis to where it was.
-Result<void> RotaryTurns::turn_away(const JointVector& after, const Pending& motion) {
+Result<void> RotaryTurns::turn_away(const JointVector& after, const ChunkMotion& motion) {
   const double way_mm = work_.modes.retract_way_mm(work_.at.point, motion.point.where, work_.posting);
   const auto away = [&](const path::Point& point) {
     path::Point out = point;

@@ -14,9 +14,9 @@ class RotaryTurns {
   /// The rapid over the safe height.
   Result<void> rapid_above(const path::Point& to);
   /// The tool leaves along its axis, the rotary axes turn at the safe height, and the tool comes back.
-  Result<void> turn_away(const JointVector& after, const Pending& motion);
+  Result<void> turn_away(const JointVector& after, const ChunkMotion& motion);
   /// Before `motion`: the turn that was due at the end of the one before.
-  Result<void> make_waiting(const Pending& motion);
+  Result<void> make_waiting(const ChunkMotion& motion);
 
  private:
   ProgramInWork& work_;

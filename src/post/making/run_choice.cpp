@@ -18,14 +18,14 @@ constexpr std::size_t kMostNotes = 20;
 }  // namespace
 
 void tell_pole(ProgramInWork& work) {
-  const auto& motions = work.now.chunk->motions;
+  const auto& points = work.now.chunk->points;
   const auto& chosen = work.now.chunk->chosen;
   for (const path::PoleStretch& s : work.now.chunk->pole) {
     ++work.posting.report.pole_stretches;
     work.posting.report.largest_pole_tilt = std::max(work.posting.report.largest_pole_tilt, s.tilted_by);
     if (work.posting.report.pole_stretches > kMostNotes) continue;
-    work.posting.diagnostics.note(work.posting.job.cl_file, motions[s.first].point.where,
-                                  "pole: up to line " + std::to_string(motions[s.last].point.where.line) +
+    work.posting.diagnostics.note(work.posting.job.cl_file, points[s.first].where,
+                                  "pole: up to line " + std::to_string(points[s.last].where.line) +
                                       " the tool axis is tilted by up to " + degrees_text(s.tilted_by) +
                                       ", the tip unchanged: the inner rotary axis turns by at most " +
                                       degrees_text(s.turn_after) + " between two points instead of " +
@@ -41,14 +41,14 @@ void tell_pole(ProgramInWork& work) {
     const double before = i > 0 ? chosen[i - 1].q_leave[inner] : work.at.point.q[inner];
     const double turn = std::abs(chosen[i].q[inner] - before);
     if (turn <= work.posting.options.pole.min_turn.rad() || chosen[i].reconfigure) continue;
-    if (std::abs(work.tool.kinematics.direction(1).dot(motions[i].point.pose.axis_P)) < upright) continue;
-    const bool rapid = motions[i].point.rapid;
+    if (std::abs(work.tool.kinematics.direction(1).dot(points[i].pose.axis_P)) < upright) continue;
+    const bool rapid = points[i].rapid;
     if (rapid && !chosen[i].singular) continue;
     std::size_t& count =
         rapid ? work.posting.report.pole_turns_early : work.posting.report.pole_turns_cutting;
     if (++count > kMostNotes) continue;
     work.posting.diagnostics.note(
-        work.posting.job.cl_file, motions[i].point.where,
+        work.posting.job.cl_file, points[i].where,
         "pole: axis " + work.posting.machine.axes[inner].name + " turns by " +
             degrees_text(Angle::radians(turn)) +
             (rapid ? " early, at this rapid" : " while cutting; points are inserted"));
@@ -57,13 +57,13 @@ void tell_pole(ProgramInWork& work) {
 
 void choose_plane(ProgramInWork& work) {
   const auto& chosen = work.now.chunk->chosen;
-  const auto& motions = work.now.chunk->motions;
+  const auto& points = work.now.chunk->points;
   constexpr double kSameAxis = 1e-9;
   work.planes.plan_none();
-  const Vec3& axis_P = motions[0].point.pose.axis_P;
+  const Vec3& axis_P = points[0].pose.axis_P;
   bool wanted = true;
   for (std::size_t i = 0; i < chosen.size() && wanted; ++i) {
-    wanted = (motions[i].point.pose.axis_P - axis_P).norm() < kSameAxis && !chosen[i].reconfigure;
+    wanted = (points[i].pose.axis_P - axis_P).norm() < kSameAxis && !chosen[i].reconfigure;
     for (const AxisId id : work.posting.machine.rotary_axes()) {
       wanted = wanted && std::abs(chosen[i].q[id] - chosen[0].q[id]) < kSameAxis &&
                std::abs(chosen[i].q_leave[id] - chosen[0].q[id]) < kSameAxis;
@@ -80,9 +80,9 @@ void choose_plane(ProgramInWork& work) {
   const bool same = work.planes.in_force() && wanted && work.planes.has_words_of(block);
   if (same && !work.at.approaches) return;
   // Rapids alone, as the last one of a program, cut nothing: they go as they are.
-  wanted =
-      wanted && std::any_of(motions.begin(), motions.end(), [](const Pending& m) { return !m.point.rapid; });
-  const bool can_enter = work.at.approaches || !work.at.known || motions[0].point.rapid;
+  wanted = wanted &&
+           std::any_of(points.begin(), points.end(), [](const path::ChoicePoint& p) { return !p.rapid; });
+  const bool can_enter = work.at.approaches || !work.at.known || points[0].rapid;
   if (wanted && can_enter) {
     work.planes.plan(frame, block);
     work.at.approaches = true;

@@ -55,7 +55,7 @@ Result<void> SafeWay::pause_above(SourceRef where) {
   return {};
 }
 
-Result<void> SafeWay::come_back(const Pending& motion) {
+Result<void> SafeWay::come_back(const ChunkMotion& motion) {
   if (!std::exchange(work_.at.returns, false) || work_.at.approaches) return {};
   if (motion.point.rapid) {
     work_.at.approaches = true;  // straight from the safe height to where the rapid ends
@@ -91,7 +91,7 @@ Result<void> SafeWay::leave_part(SourceRef where) {
   return retract(where);
 }
 
-Result<void> SafeWay::approach(const path::Point& to, const Pending& motion) {
+Result<void> SafeWay::approach(const path::Point& to, const ChunkMotion& motion) {
   // Words of a plane have another grid: it is left before the place is rounded.
   if (auto r = retract(motion.point.where); !r) return r;
   const auto first = places_.of(to, 0.0);

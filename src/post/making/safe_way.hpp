@@ -14,11 +14,11 @@ class SafeWay {
   Result<void> retract(SourceRef where);
   /// To the safe height, from where the tool comes back if the program cuts on.
   Result<void> pause_above(SourceRef where);
-  Result<void> come_back(const Pending& motion);
+  Result<void> come_back(const ChunkMotion& motion);
   /// To the safe height: what follows comes from there.
   Result<void> leave_part(SourceRef where);
   /// From an unknown or safe position: up, the rotary axes, then over the part, then down.
-  Result<void> approach(const path::Point& to, const Pending& motion);
+  Result<void> approach(const path::Point& to, const ChunkMotion& motion);
   /// Up to the safe height, then the rotary axes and then X and Y to where `q` has them.
   Result<void> turn(const JointVector& q, SourceRef where);
   /// A rotary axis alone, as the CL file says (ROTABL): at once, or with what follows.

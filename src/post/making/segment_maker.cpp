@@ -36,11 +36,11 @@ const PreparedSegment* SegmentMaker::prepared(std::size_t i) const {
     const path::Point& from = work_.now.chunk->before;
     return begins_at(from.q, from.tip_P, from.axis_P) ? &segment : nullptr;
   }
-  const ToolPose& from = work_.now.chunk->motions[i - 1].point.pose;
+  const ToolPose& from = work_.now.chunk->points[i - 1].pose;
   return begins_at(work_.now.chunk->joints[i - 1], from.tip_P, from.axis_P) ? &segment : nullptr;
 }
 
-Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
+Result<void> SegmentMaker::make(const path::Point& to, const ChunkMotion& motion,
                                 const PreparedSegment* prepared) {
   if (motion.point.rapid || work_.at.approaches || !work_.at.known) {
     if (work_.thermal.prepare_shift(to.q)) work_.at.approaches = true;
@@ -59,11 +59,11 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
   }
   if (motion.feed.mode == cl::FeedMode::inverse && !motion.point.rapid) {
     // The time is that of the whole segment: its pieces share one rate.
-    Pending at_rate = motion;
     const auto rate =
         blocks_.rate_of(motion.feed, (to.tip_P - work_.at.point.tip_P).norm(), motion.point.where);
     if (!rate) return tl::unexpected(rate.error());
-    at_rate.feed = {cl::FeedMode::per_minute, *rate};
+    const cl::Feed feed{cl::FeedMode::per_minute, *rate};
+    const ChunkMotion at_rate{motion.point, feed};
     // Where the tip stands there is no rate of its: the rotary axes take the time.
     constexpr double kStands_mm = 1e-6;
     constexpr double kSameAxis = 1e-9;
@@ -111,7 +111,7 @@ Result<void> SegmentMaker::make(const path::Point& to, const Pending& motion,
   return go_to(to, motion);
 }
 
-Result<void> SegmentMaker::go_to(const path::Point& point, const Pending& motion) {
+Result<void> SegmentMaker::go_to(const path::Point& point, const ChunkMotion& motion) {
   auto done = motion.point.rapid ? blocks_.rapid_to(point)
                                  : blocks_.cut_to(point, motion.feed, motion.point.where, 0);
   work_.at.point = point;
@@ -128,20 +128,20 @@ void SegmentMaker::note(const path::SegmentReport& r) {
 }
 
 std::size_t SegmentMaker::cutting_run_end(std::size_t first, std::size_t event) const {
-  const auto& motions = work_.now.chunk->motions;
+  const Chunk& chunk = *work_.now.chunk;
   const auto& events = work_.now.chunk->events;
   const auto& chosen = work_.now.chunk->chosen;
   if (!work_.posting.options.nonlinear.thin && !work_.posting.options.nonlinear.move_programmed_points)
     return first;
   const auto cuts = [&](std::size_t i) {
     // An inverse time is that of one motion: what passes several has none.
-    return !motions[i].point.rapid && chosen[i].q_leave == chosen[i].q &&
-           motions[i].feed.mode != cl::FeedMode::inverse;
+    return !chunk.points[i].rapid && chosen[i].q_leave == chosen[i].q &&
+           chunk.words_at(i).feed.mode != cl::FeedMode::inverse;
   };
   if (work_.at.approaches || !work_.at.known || !cuts(first)) return first;
   std::size_t last = first;
-  while (last + 1 < motions.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
-         motions[last + 1].feed == motions[first].feed &&
+  while (last + 1 < chunk.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
+         chunk.words_at(last + 1).feed == chunk.words_at(first).feed &&
          (event >= events.size() || events[event].before > last + 1)) {
     ++last;
   }
@@ -167,7 +167,7 @@ Result<void> SegmentMaker::make_cutting_run(std::size_t first, std::size_t last)
                        [](const path::Point& p) { return !p.inserted; });
       blocks_.begin_segment(refined_.inserted[i - 1], *end);
     }
-    if (auto done = blocks_.cut_to(refined_.inserted[i], work_.now.chunk->motions[first].feed,
+    if (auto done = blocks_.cut_to(refined_.inserted[i], work_.now.chunk->words_at(first).feed,
                                    refined_.inserted[i].where, 0);
         !done)
       return done;
@@ -176,7 +176,7 @@ Result<void> SegmentMaker::make_cutting_run(std::size_t first, std::size_t last)
   return {};
 }
 
-Result<bool> SegmentMaker::reconfigure(const path::ChosenPoint& next, const Pending& motion) {
+Result<bool> SegmentMaker::reconfigure(const path::ChosenPoint& next, const ChunkMotion& motion) {
   path::ChoiceOptions options;
   options.inverse = work_.now.chunk->inverse;
   options.tool_mm = work_.tool.tool.vector();

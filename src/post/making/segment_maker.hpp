@@ -13,7 +13,7 @@ class SegmentMaker {
 
   void set_tool(const SpindleTool& tool);
   /// `prepared`: its points; null: they are found now.
-  Result<void> make(const path::Point& to, const Pending& motion, const PreparedSegment* prepared);
+  Result<void> make(const path::Point& to, const ChunkMotion& motion, const PreparedSegment* prepared);
   /// The segment to motion `i` of the chunk, where it was prepared for what is about to be done.
   const PreparedSegment* prepared(std::size_t i) const;
   /// Where programmed points may be dropped or moved: the last of the cutting motions from `first` on that
@@ -22,12 +22,12 @@ class SegmentMaker {
   Result<void> make_cutting_run(std::size_t first, std::size_t last);
   /// On the way to `next`, the position of `motion`, the rotary axes turn away from the part where they must.
   /// True when the tool is there already.
-  Result<bool> reconfigure(const path::ChosenPoint& next, const Pending& motion);
+  Result<bool> reconfigure(const path::ChosenPoint& next, const ChunkMotion& motion);
   /// For the report.
   void note(const path::SegmentReport& report);
 
  private:
-  Result<void> go_to(const path::Point& point, const Pending& motion);
+  Result<void> go_to(const path::Point& point, const ChunkMotion& motion);
 
   ProgramInWork& work_;
   const BlockBend& bend_;

@@ -71,7 +71,7 @@ Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
   }
   if (taken && !*taken && tap != nullptr)
     return fail(ErrorCode::wrong_input, no_tap(*tap), work_.posting.job.cl_file,
-                work_.now.chunk->motions[i].point.where);
+                work_.now.chunk->points[i].where);
   if (taken && !*taken) ++work_.posting.report.shapes_as_moves;
   return taken;
 }
@@ -79,21 +79,19 @@ Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
 // The rotary axes stand still, and nothing bends the path.
 bool ShapeMaker::may_make(std::size_t i, std::size_t count) const {
   if (work_.at.turn_due || work_.at.returns || work_.cutter.changes || work_.errors.compensator ||
-      work_.thermal.has_offsets() || count == 0 || i + count > work_.now.chunk->motions.size())
+      work_.thermal.has_offsets() || count == 0 || i + count > work_.now.chunk->size())
     return false;
   for (std::size_t k = i; k < i + count; ++k) {
     const path::ChosenPoint& chosen = work_.now.chunk->chosen[k];
     if (chosen.reconfigure || !(chosen.q_leave == chosen.q)) return false;
     if (!work_.same_rotary(work_.now.chunk->joints[k], work_.now.chunk->joints[i])) return false;
-    if ((work_.now.chunk->motions[k].programmed_axis_P - work_.now.chunk->motions[k].point.pose.axis_P)
-            .norm() > 0.0)
-      return false;
+    if (work_.now.chunk->programmed_axis_P(k) != work_.now.chunk->points[k].pose.axis_P) return false;
   }
   return true;
 }
 
 Result<bool> ShapeMaker::make_arc(const cl::Arc& arc, std::size_t i, std::size_t count) {
-  const SourceRef where = work_.now.chunk->motions[i].point.where;
+  const SourceRef where = work_.now.chunk->points[i].where;
   const path::Point end = work_.now.chunk->point(i + count - 1);
   constexpr double kSamePlace_mm = 1e-6;
   if (!work_.at.known || work_.at.approaches || arc.feed.mode == cl::FeedMode::inverse ||
@@ -232,7 +230,7 @@ Result<nc::AxisWords> ShapeMaker::rise_over(const cl::Hole& hole, double height_
 }
 
 Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::size_t count) {
-  const SourceRef where = work_.now.chunk->motions[i].point.where;
+  const SourceRef where = work_.now.chunk->points[i].where;
   const bool is_tap = hole.kind == cl::Hole::Kind::tap;
   const path::Point end = work_.now.chunk->point(i + count - 1);
   // A hole that one step drills is no deep one: a control counts its steps from the clearance, and would take
@@ -345,7 +343,7 @@ Result<void> ShapeMaker::go_across(const cl::Hole& hole, std::size_t i, bool cyc
     const bool to_clear = hole.leave_mm == hole.clear_mm || hole.kind == cl::Hole::Kind::feed_out;
     if (now == there && (to_clear || now == leave)) return {};
   }
-  return segments_.make(to, work_.now.chunk->motions[i], segments_.prepared(i));
+  return segments_.make(to, work_.now.chunk->motion(i), segments_.prepared(i));
 }
 
 bool ShapeMaker::holds_word(const nc::Template& words, const char* word) {

@@ -24,9 +24,9 @@ Preparer::Preparer(const Machine& machine, const Vec3& tool_mm, const path::Roun
 }
 
 void Preparer::place(Chunk& chunk) {
-  const std::size_t count = chunk.motions.size();
+  const std::size_t count = chunk.size();
   chunk.joints.resize(count);
-  const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.motions[i].point.pose; };
+  const auto pose_at = [&](std::size_t i) -> const ToolPose& { return chunk.points[i].pose; };
   if (kinematics_.side_by_side()) {
     grid_.place(chunk.has_before ? &chunk.before : nullptr, chunk.chosen, pose_at,
                 chunk.tolerances[0].tolerance, known_, chunk.joints);
@@ -44,9 +44,8 @@ void Preparer::place(Chunk& chunk) {
 double Preparer::beside_mm(const Chunk& chunk, std::size_t i, const Vec3& tip_P, const Vec3& axis_P) const {
   const double flute_mm = chunk.tolerances[0].tolerance.flute.length_mm;
   if (flute_mm == 0.0) return 0.0;
-  const ToolPose from =
-      i == 0 ? ToolPose{chunk.before.tip_P, chunk.before.axis_P} : chunk.motions[i - 1].point.pose;
-  const ToolPose& to = chunk.motions[i].point.pose;
+  const ToolPose from = i == 0 ? ToolPose{chunk.before.tip_P, chunk.before.axis_P} : chunk.points[i - 1].pose;
+  const ToolPose& to = chunk.points[i].pose;
   const path::FluteSegment segment({from.tip_P, to.tip_P, from.axis_P, to.axis_P}, flute_mm);
   const double t = segment.nearest(tip_P, axis_P, 0.5);
   return segment.off(tip_P, axis_P, t).largest_mm(flute_mm);
@@ -54,7 +53,7 @@ double Preparer::beside_mm(const Chunk& chunk, std::size_t i, const Vec3& tip_P,
 
 // The ends of all blocks, those of inserted points among them.
 void Preparer::correct(Chunk& chunk) {
-  const std::size_t count = chunk.motions.size();
+  const std::size_t count = chunk.size();
   const auto sines = grid_.sines();
   places_.resize(count + chunk.inserted.size());
   inserted_tips_P_.resize(chunk.inserted.size());
@@ -71,7 +70,7 @@ void Preparer::correct(Chunk& chunk) {
       ++k;
     }
     segment.end = static_cast<std::uint32_t>(i + k);
-    const ToolPose& pose = chunk.motions[i].point.pose;
+    const ToolPose& pose = chunk.points[i].pose;
     places_[i + k] = {&chunk.joints[i], &pose.tip_P, &pose.axis_P, &sines[i], off_mm_[i]};
   }
   places_.resize(count + k);
@@ -133,12 +132,11 @@ void Preparer::keep_what_does_not_count(Chunk& chunk) {
 // Those of the undecided segments that can be judged a few at a time.
 void Preparer::settle(Chunk& chunk) {
   const auto end = [&](std::size_t i) {
-    return path::EvenRun::End{&chunk.joints[i], &grid_.sines(i), &chunk.motions[i].point.pose};
+    return path::EvenRun::End{&chunk.joints[i], &grid_.sines(i), &chunk.points[i].pose};
   };
   even_->clear();
   for (const std::size_t i : undecided_) {
-    if (i > 0 && !chunk.segments[i].known())
-      even_->add({end(i - 1), end(i), chunk.motions[i].point.where, i});
+    if (i > 0 && !chunk.segments[i].known()) even_->add({end(i - 1), end(i), chunk.points[i].where, i});
   }
   const path::Tolerance& tolerance = chunk.tolerances[0].tolerance;
   const double enough_mm = corrections_ ? 0.0 : tolerance.tip_mm;
@@ -171,7 +169,7 @@ void Preparer::settle_all(Chunk& chunk) {
 
 void Preparer::prepare(Chunk& chunk) {
   if (chunk.failure) return;
-  const std::size_t count = chunk.motions.size();
+  const std::size_t count = chunk.size();
   chunk.leave_unprepared();
   if (count == 0) return;
   place(chunk);
@@ -185,7 +183,7 @@ void Preparer::prepare(Chunk& chunk) {
 }
 
 void Preparer::refine(Chunk& chunk) {
-  const std::size_t count = chunk.motions.size();
+  const std::size_t count = chunk.size();
   // Where the tolerance changes within the chunk the refiner decides.
   const bool judged = kinematics_.side_by_side() && chunk.tolerances.size() == 1 && refiner_.bounds_decide();
   if (corrections_) off_mm_.assign(count, path::CorrectionRun::NominalPlace::kUnknown);
@@ -197,8 +195,7 @@ void Preparer::refine(Chunk& chunk) {
   }
   undecided_.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    if (chunk.motions[i].point.rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before))
-      continue;
+    if (chunk.points[i].rapid || chunk.chosen[i].reconfigure || (i == 0 && !chunk.has_before)) continue;
     if (judged && settled_on_grid(i)) {
       chunk.segments[i].report = PreparedSegment::kKept;
     } else {
