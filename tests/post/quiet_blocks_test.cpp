@@ -7,6 +7,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/judging/path_follower.hpp"
 #include "post/posting.hpp"
 #include "support/cases.hpp"
 #include "support/lanes.hpp"
@@ -14,6 +15,8 @@
 namespace trunnion::post {
 namespace {
 
+// Blocks are looked at together only where so many points are known ahead at the first of them.
+constexpr std::size_t kEnough = kLookAhead + 100;
 constexpr double kQuietTolerance_mm = 0.004;
 constexpr double kQuietFlute_mm = 40.0;
 
@@ -55,6 +58,13 @@ void expect_same_figures(const std::string& nc, const std::string& cl, const Mac
   EXPECT_LE(quiet.certified_tip_deviation_mm, every.certified_tip_deviation_mm + kRounding) << what;
   EXPECT_GE(1.06 * quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad()) << what;
   EXPECT_LE(quiet.max_axis_deviation.rad(), every.max_axis_deviation.rad() + kRounding) << what;
+  if (every.passed()) {  // else a tip that leads far has places that do not run evenly
+    const double at_tip = every.max_axis_deviation_at_tip.rad();
+    constexpr double kBound_rad = 1e-5;                         // what a bound may be above the figure
+    const double enough = 1e-3 * options.axis_tolerance.rad();  // as sharp as that it is told
+    EXPECT_GE(1.06 * quiet.max_axis_deviation_at_tip.rad() + enough, at_tip) << what;
+    EXPECT_LE(quiet.max_axis_deviation_at_tip.rad(), 1.06 * at_tip + kBound_rad) << what;
+  }
   EXPECT_GE(quiet.certified_flute_deviation_mm, every.max_flute_deviation_mm - kRounding) << what;
   EXPECT_LE(quiet.certified_flute_deviation_mm, 1.06 * every.certified_flute_deviation_mm + kRounding)
       << what;
@@ -73,7 +83,8 @@ TEST_P(QuietBlocks, ChangeNoFigure) {
   const ModelEvaluator truth(model);
   std::mt19937_64 random(21);
   for (int i = 0; i < test::cases(8); ++i) {
-    const std::string cl = test::sample_path(static_cast<unsigned>(40 + i % 4), 400 << i % 2);
+    const std::string cl =
+        test::sample_path(static_cast<unsigned>(40 + i % 4), static_cast<int>(kEnough) + 300 * (i % 2));
     PostOptions options;
     options.tolerance_mm = kQuietTolerance_mm;
     options.nonlinear.thin = i % 4 == 3;  // CL points in the middle of blocks
@@ -147,7 +158,7 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
   const ModelEvaluator truth(model);
   std::mt19937_64 random(33);
   for (unsigned i = 0; i < 8; ++i) {
-    const std::string cl = test::sample_path(60 + i / 2, 700);
+    const std::string cl = test::sample_path(60 + i / 2, static_cast<int>(kEnough) + 300);
     PostOptions options;
     options.tolerance_mm = kQuietTolerance_mm;
     options.tools.flute_mm = i % 2 == 0 ? 0.0 : kQuietFlute_mm;
@@ -186,6 +197,74 @@ TEST_P(QuietBlocks, SayTheSameTwoAtATime) {
         }
       }
     }
+  }
+}
+
+std::string text_of(const std::vector<ToolPose>& path) {
+  std::string out = "LOADTL/1,LENGTH,100\nFEDRAT/MMPM,1200\nRAPID\n";
+  for (const ToolPose& p : path) {
+    out += "GOTO/" + fixed_text(p.tip_P.x(), 5) + "," + fixed_text(p.tip_P.y(), 5) + "," +
+           fixed_text(p.tip_P.z(), 5) + "," + fixed_text(p.axis_P.x(), 9) + "," +
+           fixed_text(p.axis_P.y(), 9) + "," + fixed_text(p.axis_P.z(), 9) + "\n";
+  }
+  return out + "FINI\n";
+}
+
+// Whatever is known already, the next block adds to it: each cuts a corner of the path by more than the one
+// before.
+TEST_P(QuietBlocks, TellOfCornersThatAreCutMoreAndMore) {
+  const Machine machine = test::shipped_machine(GetParam());
+  constexpr int kCorners = static_cast<int>(kEnough) + 500;
+  constexpr double kMost_mm = 0.0015;
+  constexpr double kOfCircle_mm = 0.25 / 120.0;  // steps of 0.5 mm, radius 30 mm
+  std::vector<ToolPose> path, way;
+  for (int i = 0; i <= kCorners; ++i) {
+    // Far enough apart that the tip tells the place, and all axes have words in every block.
+    const double tilted = 0.6 + 1e-4 * i, turned = 2e-4 * i, around = i / 60.0;
+    const double radius_mm = 30.0 + (i % 2 == 0 ? kMost_mm : -kMost_mm) * i / kCorners;
+    path.push_back(
+        {{radius_mm * std::cos(around), radius_mm * std::sin(around), 1e-3 * i},
+         {std::sin(tilted) * std::cos(turned), std::sin(tilted) * std::sin(turned), std::cos(tilted)}});
+  }
+  way.push_back(path.front());
+  for (std::size_t i = 1; i < path.size(); ++i)
+    way.push_back(
+        {0.5 * (path[i - 1].tip_P + path[i].tip_P), (path[i - 1].axis_P + path[i].axis_P).normalized()});
+  way.push_back(path.back());
+  const test::Posted p = test::posted(text_of(way), machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  VerifyOptions v;
+  v.tolerance_mm = kQuietTolerance_mm;
+  expect_same_figures(p.nc, text_of(path), machine, v, GetParam());
+  const auto found = test::verified(p.nc, text_of(path), machine, kQuietTolerance_mm);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->certified_tip_deviation_mm, kMost_mm + kOfCircle_mm, 2e-4);
+  EXPECT_NEAR(found->max_point_deviation_mm, kMost_mm + kOfCircle_mm, 2e-4);
+}
+
+// Each turns the tool farther than the one before, and its axis leaves the path by more on the way.
+TEST_P(QuietBlocks, TellOfTurnsThatGrow) {
+  const Machine machine = test::shipped_machine(GetParam());
+  constexpr int kPoints = static_cast<int>(kEnough) + 400;
+  std::vector<ToolPose> path;
+  double turned = -0.7;
+  for (int i = 0; i <= kPoints; ++i) {
+    turned += (i / 8 % 2 == 0 ? 1e-4 : -1e-4) * std::max(1, i - static_cast<int>(kEnough));
+    const double tilted = 0.5 + 0.2 * std::sin(2.0 * turned);
+    path.push_back(
+        {{30.0 * std::cos(i / 60.0), 30.0 * std::sin(i / 60.0), 1e-3 * i},
+         {std::sin(tilted) * std::cos(turned), std::sin(tilted) * std::sin(turned), std::cos(tilted)}});
+  }
+  PostOptions options;
+  options.tolerance_mm = 5.0;  // no points are inserted
+  options.axis_tolerance = Angle::degrees(5.0);
+  const test::Posted p = test::posted(text_of(path), machine, options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  for (const double tolerance_mm : {0.05, 5.0}) {
+    VerifyOptions v;
+    v.tolerance_mm = tolerance_mm;
+    v.axis_tolerance = *options.axis_tolerance;
+    expect_same_figures(p.nc, text_of(path), machine, v, GetParam() + " " + std::to_string(tolerance_mm));
   }
 }
 
