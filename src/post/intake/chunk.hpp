@@ -57,6 +57,28 @@ typename std::vector<From>::const_iterator in_force(const std::vector<From>& all
   return std::prev(behind);
 }
 
+/// The same for motions that come one behind the other.
+template <class From>
+class InForce {
+ public:
+  /// From motion `i` on; there is one for it.
+  InForce(const std::vector<From>& all, std::size_t i) : all_(all), at_(in_force(all, i)) {}
+  /// No motion before the last one that was asked for.
+  const From& at(std::size_t i) {
+    while (std::next(at_) != all_.end() && std::next(at_)->motion <= i) ++at_;
+    return *at_;
+  }
+  /// The first motion for which the next one holds, `end` at most.
+  std::size_t end(std::size_t end) const {
+    const auto next = std::next(at_);
+    return next == all_.end() ? end : std::min(next->motion, end);
+  }
+
+ private:
+  const std::vector<From>& all_;
+  typename std::vector<From>::const_iterator at_;
+};
+
 /// The segment that ends at a motion, as it was refined beforehand.
 struct PreparedSegment {
   static constexpr std::int32_t kUnknown = -2;
@@ -89,11 +111,6 @@ struct MotionColumns {
   }
   ChunkMotion motion(std::size_t i) const { return {points[i], words_at(i).feed}; }
   const MotionWords& words_at(std::size_t i) const { return in_force(words, i)->words; }
-  /// The first motion behind `i` with other words, or the end.
-  std::size_t words_end(std::size_t i) const {
-    const auto next = std::next(in_force(words, i));
-    return next == words.end() ? size() : std::min(next->motion, size());
-  }
   double pace(std::size_t i) const { return paces.empty() ? 1.0 : paces[i]; }
   const Vec3& programmed_axis_P(std::size_t i) const {
     return programmed_axes_P.empty() ? points[i].pose.axis_P : programmed_axes_P[i];

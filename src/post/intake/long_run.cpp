@@ -129,11 +129,9 @@ std::unique_ptr<Chunk> LongRun::next_piece() {
     piece->events.push_back({event.before - begin, event.record});
   }
   const auto take_from = [&](const auto& all, auto& out) {
-    for (auto from : all) {
-      if (from.motion <= begin) out.clear();
-      if (from.motion >= end && !is_last) break;
-      from.motion = from.motion <= begin ? 0 : from.motion - begin;
-      out.push_back(from);
+    for (auto from = in_force(all, begin); from != all.end() && (from->motion < end || is_last); ++from) {
+      out.push_back(*from);
+      out.back().motion = from->motion <= begin ? 0 : from->motion - begin;
     }
   };
   take_from(whole.tolerances, piece->tolerances);

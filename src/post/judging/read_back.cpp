@@ -40,22 +40,21 @@ ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSin
 
 void ReadBack::expect(const Chunk& chunk, std::size_t first, std::size_t end) {
   expected_.clear();
-  std::size_t words_end = first;
-  const MotionWords* said = nullptr;
-  for (std::size_t i = first; i < end; ++i) {
-    if (i == words_end) {
-      said = &chunk.words_at(i);
-      words_end = chunk.words_end(i);
-    }
-    const path::ChoicePoint& point = chunk.points[i];
-    const MotionWords& words = *said;
+  if (first == end) return;
+  InForce said(chunk.words, first);
+  for (std::size_t next = first; next < end;) {
+    const MotionWords& words = said.at(next).words;
+    const std::size_t begin = std::exchange(next, said.end(end));
     // What path stages have added is none of the CL file's: the program is judged by the motions of the
     // text.
     if (words.part.ends_inside) continue;
     cl::Feed feed = words.feed;
     if (feed.mode == cl::FeedMode::inverse) feed.value *= words.part.share;
-    expected_.push_back(
-        {point.pose.tip_P, chunk.programmed_axis_P(i), feed, point.rapid, words.step, point.where});
+    for (std::size_t i = begin; i < next; ++i) {
+      const path::ChoicePoint& point = chunk.points[i];
+      expected_.push_back(
+          {point.pose.tip_P, chunk.programmed_axis_P(i), feed, point.rapid, words.step, point.where});
+    }
   }
   verifier_->expect(expected_);
 }

@@ -33,14 +33,15 @@ Result<std::size_t> PlainMotions::make(std::size_t first, std::size_t end) {
     work_.posting.report.largest_correction_mm = std::max(work_.posting.report.largest_correction_mm,
                                                           work_.now.chunk->corrections.largest_correction_mm);
   }
-  double feed_mm_s = chunk.words_at(first).feed.value;
-  cl::Feed feed;
+  InForce said(chunk.words, first);
+  cl::Feed feed = said.at(first).words.feed;
+  double feed_mm_s = feed.value;
   std::size_t feed_end = first;
   std::size_t i = first;
   while (i < end) {
     if (i == feed_end) {
-      feed = chunk.words_at(i).feed;
-      feed_end = std::min(chunk.words_end(i), end);
+      feed = said.at(i).words.feed;
+      feed_end = said.end(end);
     }
     if (feed.mode == cl::FeedMode::per_minute && feed.value == feed_mm_s)
       i = work_.errors.compensator ? add_known(run, i, feed_end) : add_kept(run, i, feed_end);
