@@ -249,7 +249,7 @@ TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
         axis.max_feed = 1.0 + 7.0 * u(random);
         if (i % 2 == 0) axis.acceleration = 100.0 + 900.0 * u(random);
       }
-      const std::string control = i % 3 == 0 ? "heidenhain_tnc640" : i % 3 == 1 ? "linuxcnc" : "fanuc_30i";
+      const std::string control = i % 3 == 0 ? "linuxcnc" : i % 3 == 1 ? "heidenhain_tnc640" : "fanuc_30i";
       SCOPED_TRACE(name + " " + control + " " + std::to_string(i));
       const Part part =
           random_part(static_cast<unsigned>(random() % 100000), kShapeKinds[random() % 5].words, 12.0, 3.0);
