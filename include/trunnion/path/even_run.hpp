@@ -57,7 +57,7 @@ class EvenRun {
 
  private:
   static constexpr std::size_t kMost = lanes::kCount<Quads>;  // at a time
-  static constexpr std::size_t kMostPieces = 16;
+  static constexpr std::size_t kMostPieces = 32;
   using Few = std::array<const Segment*, kMost>;
   struct Work;
   struct Count {
@@ -70,10 +70,13 @@ class EvenRun {
     std::array<double, kMost> off_mm;
   };
   template <class T>
-  void count(const Few& few, Count& out) const;
+  void count(Count& out) const;
   template <class T>
   void divide(const Few& few, std::size_t pieces, std::array<Point*, kMost> out, Division& division) const;
   void divide_all(std::size_t pieces, std::vector<Point>& out);
+  /// These segments, which are loaded; the first `count` of them count.
+  void divide_few(const std::array<std::uint32_t, kMost>& segments, std::size_t count, std::size_t pieces,
+                  std::vector<Point>& out);
 
   lanes::Way way_;
   std::size_t most_pieces_;

@@ -13,7 +13,7 @@ namespace trunnion::path {
 /// and the great circle then need the same number of points.
 inline constexpr Angle kSmallTurn = Angle::degrees(5.0);
 /// No more even pieces than so many.
-inline constexpr double kMostEvenPieces = 16.0;
+inline constexpr double kMostEvenPieces = 32.0;
 /// A count that the bow misses by so little of a piece is tried first; the certificate decides.
 inline constexpr double kCountSlack = 0.01;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "trunnion/geom/small_arc.hpp"
 #include "trunnion/machine/rotary_solver.hpp"
@@ -13,11 +14,76 @@
 
 namespace trunnion::path {
 
+namespace {
+
+template <class T>
+void put(const StationOf<T>& at, const ChordOf<T>& chord, const lanes::Triple<T>& axis_P, StandOf<T>& out) {
+  out.arm2_outer = at.arm2_outer;
+  out.arm2_inner = at.arm2_inner;
+  out.size_mm = at.size_mm;
+  out.tip_P = at.tip_P;
+  out.axis_P = at.axis_P;
+  out.off_mm = chord.distance(at.tip_P);
+  out.off2_axis = lanes::squared(at.axis_P - axis_P);
+}
+
+}  // namespace
+
 struct EvenRun::Work {
+  // What is prescribed on a few segments.
+  template <class T>
+  struct Prescribed {
+    lanes::Triple<T> tip0_P, tip1_P, axis0_P, axis1_P;
+
+    ToolSegmentOf<T> tool(double flute_mm) const { return {tip0_P, tip1_P, axis0_P, axis1_P, flute_mm}; }
+  };
+
+  // A few segments from end to end.
+  template <class T>
+  struct Load {
+    Prescribed<T> prescribed;
+    ChordOf<T> chord;
+    StandOf<T> from, to;
+
+    Load(const Work& work, const Few& few)
+        : prescribed{vectors(few, [](const auto& s) -> const Vec3& { return s.from.prescribed->tip_P; }),
+                     vectors(few, [](const auto& s) -> const Vec3& { return s.to.prescribed->tip_P; }),
+                     vectors(few, [](const auto& s) -> const Vec3& { return s.from.prescribed->axis_P; }),
+                     vectors(few, [](const auto& s) -> const Vec3& { return s.to.prescribed->axis_P; })},
+          chord(prescribed.tip0_P, prescribed.tip1_P) {
+      stand(
+          work, few, [](const auto& s) -> const EvenRun::End& { return s.from; }, prescribed.axis0_P, from);
+      stand(
+          work, few, [](const auto& s) -> const EvenRun::End& { return s.to; }, prescribed.axis1_P, to);
+    }
+
+   private:
+    template <class Of>
+    static lanes::Triple<T> vectors(const Few& few, const Of& of) {
+      return lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return of(*few[n]); });
+    }
+    template <class EndOf>
+    void stand(const Work& work, const Few& few, const EndOf& end_of, const lanes::Triple<T>& axis_P,
+               StandOf<T>& out) const {
+      const auto& chain = work.of<T>().chain;
+      const auto q = [&](AxisId id) {
+        return lanes::collect<T>([&](std::size_t n) { return (*end_of(*few[n]).q)[id]; });
+      };
+      for (std::size_t k = 0; k < 2; ++k) {
+        out.angle[k] = q(work.rotary[k]);
+        out.sines.sin[k] = lanes::collect<T>([&](std::size_t n) { return end_of(*few[n]).sines->sin[k]; });
+        out.sines.cos[k] = lanes::collect<T>([&](std::size_t n) { return end_of(*few[n]).sines->cos[k]; });
+      }
+      out.w = chain.w0 + lanes::Triple<T>{q(work.linear[0]), q(work.linear[1]), q(work.linear[2])};
+      put(StationOf<T>(work.kinematics, chain, out.w, out.sines), chord, axis_P, out);
+    }
+  };
+
   template <class T>
   struct Of {
     ConstantsOf<T> chain;
     WordGridOf<T> grid;
+    std::optional<Load<T>> load;  // the segments that are looked at
   };
 
   const TableKinematics& kinematics;
@@ -35,8 +101,8 @@ struct EvenRun::Work {
        const NonlinearOptions& options)
       : kinematics(k),
         solver(machine),
-        two{ConstantsOf<Lanes>(k), WordGridOf<Lanes>(rounding)},
-        four{ConstantsOf<Quads>(k), WordGridOf<Quads>(rounding)},
+        two{ConstantsOf<Lanes>(k), WordGridOf<Lanes>(rounding), {}},
+        four{ConstantsOf<Quads>(k), WordGridOf<Quads>(rounding), {}},
         rotary{k.rotary(0), k.rotary(1)},
         linear{k.linear(0), k.linear(1), k.linear(2)},
         min{machine.axes[rotary[0]].min, machine.axes[rotary[1]].min},
@@ -58,6 +124,14 @@ struct EvenRun::Work {
       return four;
     }
   }
+  template <class T>
+  void load(const Few& few) {
+    if constexpr (lanes::kCount<T> == 2) {
+      two.load.emplace(*this, few);
+    } else {
+      four.load.emplace(*this, few);
+    }
+  }
 };
 
 namespace {
@@ -72,66 +146,6 @@ T size_mm(const Tube& tube, const ToolOffOf<T>& bow) {
   return lanes::larger<T>(lanes::larger<T>(length(bow.tip_P), tube.end_share * length(bow.at(tube.flute_mm))),
                           tube.mm_per_axis * length(bow.axis_P));
 }
-
-// What is prescribed on a few segments.
-template <class T>
-struct Prescribed {
-  lanes::Triple<T> tip0_P, tip1_P, axis0_P, axis1_P;
-
-  ToolSegmentOf<T> tool(double flute_mm) const { return {tip0_P, tip1_P, axis0_P, axis1_P, flute_mm}; }
-};
-
-template <class T>
-void put(const StationOf<T>& at, const ChordOf<T>& chord, const lanes::Triple<T>& axis_P, StandOf<T>& out) {
-  out.arm2_outer = at.arm2_outer;
-  out.arm2_inner = at.arm2_inner;
-  out.size_mm = at.size_mm;
-  out.tip_P = at.tip_P;
-  out.axis_P = at.axis_P;
-  out.off_mm = chord.distance(at.tip_P);
-  out.off2_axis = lanes::squared(at.axis_P - axis_P);
-}
-
-// The segments from end to end.
-template <class T, class Few, class Work>
-struct Load {
-  Prescribed<T> prescribed;
-  ChordOf<T> chord;
-  StandOf<T> from, to;
-
-  Load(const Work& work, const Few& few)
-      : prescribed{vectors(few, [](const auto& s) -> const Vec3& { return s.from.prescribed->tip_P; }),
-                   vectors(few, [](const auto& s) -> const Vec3& { return s.to.prescribed->tip_P; }),
-                   vectors(few, [](const auto& s) -> const Vec3& { return s.from.prescribed->axis_P; }),
-                   vectors(few, [](const auto& s) -> const Vec3& { return s.to.prescribed->axis_P; })},
-        chord(prescribed.tip0_P, prescribed.tip1_P) {
-    stand(
-        work, few, [](const auto& s) -> const EvenRun::End& { return s.from; }, prescribed.axis0_P, from);
-    stand(
-        work, few, [](const auto& s) -> const EvenRun::End& { return s.to; }, prescribed.axis1_P, to);
-  }
-
- private:
-  template <class Of>
-  static lanes::Triple<T> vectors(const Few& few, const Of& of) {
-    return lanes::collect_vectors<T>([&](std::size_t n) -> const Vec3& { return of(*few[n]); });
-  }
-  template <class EndOf>
-  void stand(const Work& work, const Few& few, const EndOf& end_of, const lanes::Triple<T>& axis_P,
-             StandOf<T>& out) const {
-    const auto& chain = work.template of<T>().chain;
-    const auto q = [&](AxisId id) {
-      return lanes::collect<T>([&](std::size_t n) { return (*end_of(*few[n]).q)[id]; });
-    };
-    for (std::size_t k = 0; k < 2; ++k) {
-      out.angle[k] = q(work.rotary[k]);
-      out.sines.sin[k] = lanes::collect<T>([&](std::size_t n) { return end_of(*few[n]).sines->sin[k]; });
-      out.sines.cos[k] = lanes::collect<T>([&](std::size_t n) { return end_of(*few[n]).sines->cos[k]; });
-    }
-    out.w = chain.w0 + lanes::Triple<T>{q(work.linear[0]), q(work.linear[1]), q(work.linear[2])};
-    put(StationOf<T>(work.kinematics, chain, out.w, out.sines), chord, axis_P, out);
-  }
-};
 
 }  // namespace
 
@@ -164,10 +178,14 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
   const std::size_t together = lanes::count_of(way_);
   for (std::size_t i = 0; i < segments_.size(); i += together) {
     Few few;
+    std::array<std::uint32_t, kMost> numbers;
     for (std::size_t k = 0; k < together; ++k)
       few[k] = &segments_[std::min(i + k, segments_.size() - 1)];  // the last stands for what is not there
     Count counted;
-    lanes::at_a_time(way_, [&]<class T>() { count<T>(few, counted); });
+    lanes::at_a_time(way_, [&]<class T>() {
+      work_->load<T>(few);
+      count<T>(counted);
+    });
     for (std::size_t k = 0; k < together && i + k < segments_.size(); ++k) {
       midpoint_mm_[i + k] = counted.midpoint_mm[k];
       predicted_mm_[i + k] = exact_ ? 0.0 : counted.bow_mm[k];
@@ -176,8 +194,18 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
         widest_mm = counted.bow_mm[k];
         widest_ = segments_[i + k].number;
       }
-      of_pieces_[static_cast<std::size_t>(counted.pieces[k])].push_back(static_cast<std::uint32_t>(i + k));
+      numbers[k] = static_cast<std::uint32_t>(i + k);
     }
+    // Neighbours mostly get the same number of pieces: they are at hand.
+    const auto pieces = static_cast<std::size_t>(counted.pieces[0]);
+    const bool same = std::all_of(counted.pieces.begin(), counted.pieces.begin() + together,
+                                  [&](std::int64_t n) { return n == counted.pieces[0]; });
+    if (same && pieces > 1 && i + together <= segments_.size()) {
+      divide_few(numbers, together, pieces, out);
+      continue;
+    }
+    for (std::size_t k = 0; k < together && i + k < segments_.size(); ++k)
+      of_pieces_[static_cast<std::size_t>(counted.pieces[k])].push_back(numbers[k]);
   }
   for (const std::uint32_t i : of_pieces_[1]) {
     settled_.push_back({segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i],
@@ -189,36 +217,46 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
 
 void EvenRun::divide_all(std::size_t pieces, std::vector<Point>& out) {
   const std::vector<std::uint32_t>& segments = of_pieces_[pieces];
-  const std::size_t nodes = pieces - 1;
-  const std::size_t first = out.size();
-  out.resize(first + segments.size() * nodes);
   const std::size_t together = lanes::count_of(way_);
   for (std::size_t i = 0; i < segments.size(); i += together) {
     Few few;
-    std::array<Point*, kMost> points;
+    std::array<std::uint32_t, kMost> numbers;
     for (std::size_t k = 0; k < together; ++k) {
-      const std::size_t j = std::min(i + k, segments.size() - 1);
-      few[k] = &segments_[segments[j]];
-      points[k] = out.data() + first + j * nodes;
+      numbers[k] = segments[std::min(i + k, segments.size() - 1)];
+      few[k] = &segments_[numbers[k]];
     }
-    Division division;
-    lanes::at_a_time(way_, [&]<class T>() { divide<T>(few, pieces, points, division); });
-    for (std::size_t k = 0; k < together && i + k < segments.size(); ++k) {
-      if (division.keeps[k] == 0) continue;
-      const std::uint32_t segment = segments[i + k];
-      settled_.push_back({few[k]->number, static_cast<std::uint32_t>(first + (i + k) * nodes),
-                          static_cast<std::uint32_t>(nodes), midpoint_mm_[segment], predicted_mm_[segment],
-                          division.off_mm[k]});
-    }
+    lanes::at_a_time(way_, [&]<class T>() { work_->load<T>(few); });
+    divide_few(numbers, std::min(together, segments.size() - i), pieces, out);
+  }
+}
+
+void EvenRun::divide_few(const std::array<std::uint32_t, kMost>& segments, std::size_t count,
+                         std::size_t pieces, std::vector<Point>& out) {
+  const std::size_t nodes = pieces - 1;
+  const std::size_t first = out.size();
+  out.resize(first + count * nodes);
+  Few few;
+  std::array<Point*, kMost> points;
+  for (std::size_t k = 0; k < lanes::count_of(way_); ++k) {
+    few[k] = &segments_[segments[k]];
+    points[k] = out.data() + first + std::min(k, count - 1) * nodes;
+  }
+  Division division;
+  lanes::at_a_time(way_, [&]<class T>() { divide<T>(few, pieces, points, division); });
+  for (std::size_t k = 0; k < count; ++k) {
+    if (division.keeps[k] == 0) continue;
+    settled_.push_back({few[k]->number, static_cast<std::uint32_t>(first + k * nodes),
+                        static_cast<std::uint32_t>(nodes), midpoint_mm_[segments[k]],
+                        predicted_mm_[segments[k]], division.off_mm[k]});
   }
 }
 
 // The middle tells whether points are asked for, as in SegmentRefiner::decide: by the prediction, or since it
 // is farther off than the tolerance.
 template <class T>
-void EvenRun::count(const Few& few, Count& out) const {
+void EvenRun::count(Count& out) const {
   const Work& work = *work_;
-  const Load<T, Few, Work> load(work, few);
+  const Work::Load<T>& load = *work.of<T>().load;
   const PieceOf<T> whole(work.kinematics, work.of<T>().chain, load.from, load.to);
   const bool has_flute = tolerance_.flute.length_mm > 0.0;
   const double tolerance_mm = has_flute ? tolerance_.flute.off_mm : tolerance_.tip_mm;
@@ -270,6 +308,12 @@ void EvenRun::count(const Few& few, Count& out) const {
       const T parabola =
           lanes::larger(parabola_mm(load.chord, load.from.tip_P, middle, load.to.tip_P), from_straight);
       off = lanes::smaller<T>(off, parabola + beyond + rounding);
+      // Near the tolerance the rounding of the ends decides.
+      if (lanes::any(lanes::Mask<T>(turns_little & known & ~asks & (off > tolerance_mm)))) {
+        const T quarters = lanes::larger(
+            parabola_in_quarters_mm(load.chord, load.from.tip_P, middle, load.to.tip_P), from_straight);
+        off = lanes::smaller<T>(off, quarters + beyond + rounding);
+      }
     }
   }
   const lanes::Mask<T> keeps = (off <= tolerance_mm) & whole.axis_keeps(tolerance_.axis);
@@ -297,8 +341,8 @@ void EvenRun::divide(const Few& few, std::size_t pieces, std::array<Point*, kMos
   const Work& work = *work_;
   const auto& chain = work.of<T>().chain;
   const WordGridOf<T>& grid = work.of<T>().grid;
-  const Load<T, Few, Work> load(work, few);
-  const Prescribed<T>& prescribed = load.prescribed;
+  const Work::Load<T>& load = *work.of<T>().load;
+  const Work::Prescribed<T>& prescribed = load.prescribed;
   const PieceOf<T> whole(work.kinematics, chain, load.from, load.to);
   const double flute_mm = tolerance_.flute.length_mm;
   const ToolSegmentOf<T> tool_segment = prescribed.tool(flute_mm);

@@ -69,6 +69,24 @@ T parabola_mm(const ChordOf<T>& chord, const lanes::Triple<T>& a, const lanes::T
   return lanes::sqrt(T(reach * reach + beside2 + over * over * chord.length2));
 }
 
+/// The same bound on each quarter of the parabola, the largest of them: what its ends are off beside the bow
+/// does not stand where the bow is at its largest.
+template <class T>
+T parabola_in_quarters_mm(const ChordOf<T>& chord, const lanes::Triple<T>& a, const lanes::Triple<T>& middle,
+                          const lanes::Triple<T>& b) {
+  constexpr int kQuarters = 4;
+  const lanes::Triple<T> bow = middle - 0.5 * (a + b);
+  const auto at = [&](double t) { return a + t * (b - a) + (4.0 * t * (1.0 - t)) * bow; };
+  T largest{};
+  lanes::Triple<T> from = a;
+  for (int i = 0; i < kQuarters; ++i) {
+    const lanes::Triple<T> to = i + 1 == kQuarters ? b : at(static_cast<double>(i + 1) / kQuarters);
+    largest = lanes::larger<T>(largest, parabola_mm(chord, from, at((i + 0.5) / kQuarters), to));
+    from = to;
+  }
+  return largest;
+}
+
 /// A piece between two stands on each of a few segments, both axes of which turn by less than half a right
 /// angle.
 template <class T>

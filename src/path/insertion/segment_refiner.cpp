@@ -104,7 +104,8 @@ SegmentReport SegmentRefiner::decide(const SegmentEnds& ends, const Tolerance& t
     const Verdict verdict =
         flute_is_beyond_half_way() ? Verdict::beyond : judge_.verdict(a, b, {off2_axis, &middle_P, {}});
     report.converged = verdict != Verdict::beyond;
-    if (judged_by_itself && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
+    const bool may_ask = bow_with_middle > tolerance.tip_mm;
+    if (judged_by_itself && may_ask && verdict == Verdict::sampled) report.predicted_mm = predicted_mm();
     const bool asked = asks && report.predicted_mm > tolerance.tip_mm;
     if ((report.converged && !asked) || options_.method == Method::none) return report;
   }
