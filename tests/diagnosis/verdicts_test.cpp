@@ -135,6 +135,48 @@ TEST(Verdict, AmbiguousProposesTheRunThatTells) {
   EXPECT_LT(d.next->wrong_after, 0.05);
 }
 
+// With one length of the tool a tilted spindle is a tool that stands beside its axis. The twin was lost where
+// the search began with a straightness of Y and ended with the squareness that suffices: `tool_offset` and
+// `squareness:C0Y` were named.
+TEST(Verdict, TwinsBesideASmallerEffectAreAmbiguous) {
+  const auto diagonal = [](const std::string& id, const std::string& n, int x_mm) {
+    return "[[run]]\nid = \"" + id + "\"\nminutes = 15\nquantity = \"displacement\"\nn = [[" + n +
+           ", 0.57735, 0.57735]]\nu_random = 0.8\nu_common = 0.3\nboth_directions = true\nline = { from = { "
+           "X_mm = " +
+           std::to_string(x_mm) + ", Y_mm = -200 }, to = { X_mm = " + std::to_string(-x_mm) +
+           ", Y_mm = 200, Z_mm = 300 }, points = 21 }\n";
+  };
+  const auto ball = [](const std::string& id, const std::string& place, const std::string& a) {
+    return "[[run]]\nid = \"" + id +
+           "\"\nminutes = 20\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nu_random = "
+           "0.8\nu_common = 0.3\ngrid = { A_deg = " +
+           a + ", C_deg = [0, 60, 120, 180, 240, 300] }\nball_mm = " + place + "\n";
+  };
+  const std::string plan = test::sweep_run("x", "X", -250, 250, 26, "[[1, 0, 0]]", "displacement", {}) +
+                           test::sweep_run("y", "Y", -250, 250, 26, "[[0, 1, 0]]", "displacement", {}) +
+                           test::sweep_run("z", "Z", 0, 300, 21, "[[0, 0, 1]]", "displacement", {}) +
+                           ball("one", "[80, 0, 60]", "[0, 20, 40, 60, 80]") +
+                           ball("two", "[0, 90, 120]", "[-20, 10, 30, 50, 70]") +
+                           diagonal("left", "0.57735", -200) + diagonal("right", "-0.57735", 200);
+  for (int seed = 1; seed <= test::cases(3); ++seed) {
+    const Diagnosis d = said_of(plan,
+                                "[[effect]]\nid = \"squareness:C0Y\"\n[effect.parameters]\nC0Y_urad = 24\n"
+                                "[[effect]]\nid = \"spindle_tilt\"\n[effect.parameters]\nA0S_urad = -42\n"
+                                "B0S_urad = -25\n",
+                                static_cast<std::uint64_t>(seed));
+    EXPECT_EQ(d.verdict, Verdict::ambiguous) << summary(d);
+    for (const char* twin : {"spindle_tilt", "tool_offset"})
+      EXPECT_TRUE(std::any_of(d.sets.begin(), d.sets.end(),
+                              [&](auto set) {
+                                std::sort(set.begin(), set.end());
+                                std::vector<std::string> wanted = {twin, "squareness:C0Y"};
+                                std::sort(wanted.begin(), wanted.end());
+                                return set == wanted;
+                              }))
+          << twin << summary(d);
+  }
+}
+
 // C stands beside its place in every explanation; what X does at one feed is open. C is put into the model,
 // neither of the two others is.
 TEST(Verdict, ImproveAddsWhatAllExplanationsHave) {

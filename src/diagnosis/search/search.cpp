@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t kWide = 8;            // sets kept from one expansion
 constexpr std::size_t kWideForRivals = 24;  // a short travel has many that look alike
 constexpr std::size_t kBeam = 4;            // sets expanded at each depth
+constexpr std::size_t kMostExchanged = 24;  // sets beside which a rival's member is exchanged
+constexpr int kMostSwaps = 6;               // of what was found for a smaller one
 constexpr double kSameSpan =
     0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
 // Evidence ratios in -2 ln. 1000 : 1: rivals within it are reported together (two effects that differ by 5.4
@@ -45,8 +47,8 @@ constexpr double kSinglePrecision = 6e-8;  // relative rounding of inner product
 constexpr double kNoMatter = 0.1;          // of chi-square: rounding below it decides between no two sets
 constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
-std::multiset<std::size_t> families(const std::vector<Atom>& members) {
-  std::multiset<std::size_t> out;
+Families families(const std::vector<Atom>& members) {
+  Families out;
   for (const Atom& atom : members) out.insert(atom.family);
   return out;
 }
@@ -404,21 +406,27 @@ void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) cons
   }
 }
 
-std::vector<EffectSet> Search::alternatives(EffectSet& found) {
-  // Beside the sets of the search: each member replaced by every other effect.
-  for (std::size_t m = 0; m < found.members.size(); ++m) {
-    std::vector<Atom> rest = found.members;
+bool Search::exchange_members(const EffectSet& set, std::set<Families>& looked) {
+  bool any = false;
+  for (std::size_t m = 0; m < set.members.size(); ++m) {
+    std::vector<Atom> rest = set.members;
     rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(m));
-    const EffectSet without = evaluated(rest);
-    expand(without, kWideForRivals);
+    if (!looked.insert(families(rest)).second) continue;
+    expand(evaluated(std::move(rest)), kWideForRivals);
+    any = true;
   }
+  return any;
+}
+
+std::vector<EffectSet> Search::rivals(EffectSet& found) {
   std::vector<EffectSet> out;
   bool swapped = true;
-  for (int round = 0; swapped && round < 3; ++round) {
+  for (int round = 0; swapped; ++round) {
     swapped = false;
     out.clear();
     for (const EffectSet& set : tried_) {
-      if (set.members.empty() || set.members.size() > found.members.size() || !set.significant(kRivalLevel))
+      if (set.members.empty() || set.members.size() > found.members.size() ||
+          set.criterion >= found.criterion + kUndecided || !set.significant(kRivalLevel))
         continue;
       const auto mine = families(found.members), other_ones = families(set.members);
       if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
@@ -431,7 +439,8 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
             const double lost = (set.rss - found.rss) / noise_.variance;
             const auto columns = static_cast<double>(own.rank() - other.rank());
             no_rival = true;
-            if (chi2_tail(lost, columns) > kSuffices && set.criterion < found.criterion + kWorthwhile) {
+            if (round < kMostSwaps && chi2_tail(lost, columns) > kSuffices &&
+                set.criterion < found.criterion + kWorthwhile) {
               const EffectSet smaller = set;
               found = smaller;
               complete(found);
@@ -445,6 +454,22 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
       const double margin = nested ? kUndecidedNested : kUndecided;
       if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
     }
+  }
+  std::sort(out.begin(), out.end(),
+            [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
+  return out;
+}
+
+std::vector<EffectSet> Search::alternatives(EffectSet& found) {
+  // Beside the sets of the search: each member replaced by every other effect. That of what became the
+  // smaller one, and of rivals, too: what stands for one member may need another one beside it.
+  std::set<Families> looked;
+  std::vector<EffectSet> out;
+  for (bool more = exchange_members(found, looked); more;) {
+    out = rivals(found);
+    more = exchange_members(found, looked);
+    for (const EffectSet& rival : out)
+      if (looked.size() < kMostExchanged && exchange_members(rival, looked)) more = true;
   }
   add_twins(found, out);
   std::sort(out.begin(), out.end(),

@@ -1,4 +1,6 @@
 #pragma once
+#include <set>
+
 #include "diagnosis/fit/noise_scale.hpp"
 #include "diagnosis/search/atoms.hpp"
 
@@ -23,6 +25,8 @@ struct EffectSet {
 /// -2 ln of the Occam factor of k columns that drop chi-square by s, prior width fitted to the data (local
 /// empirical Bayes; George and Foster 2000).
 double occam(double s, double k);
+
+using Families = std::multiset<std::size_t>;  // of the members of a set
 
 /// An effect beside others: coordinates of the residual along what is left of its columns (orthonormal), and
 /// the matrix from its parameters to them.
@@ -70,6 +74,10 @@ class Search {
                const std::vector<double>& corrections) const;
   double price(const Atom& atom, const Share& share) const;
   void expand(const EffectSet& from, std::size_t keep);
+  /// Tries each member replaced by every other effect; whether beside any set that is not in `looked`.
+  bool exchange_members(const EffectSet& set, std::set<Families>& looked);
+  /// Of the sets that were tried, best first; `found` becomes a smaller one that suffices.
+  std::vector<EffectSet> rivals(EffectSet& found);
   Atom known_shape(Atom atom, const Remainder& given) const;
   const EffectSet* seen(const std::vector<Atom>& members) const;
 
