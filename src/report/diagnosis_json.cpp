@@ -43,7 +43,10 @@ ordered_json optional(const std::optional<double>& value) {
 
 ordered_json ranked(const RankedEffect& r) {
   ordered_json parameters = ordered_json::object();
-  for (const auto& p : r.parameters) parameters[p.key] = {{"value", p.value}, {"sigma", optional(p.sigma)}};
+  for (const auto& p : r.parameters) {
+    parameters[p.key] = {{"value", p.value}, {"sigma", optional(p.sigma)}};
+    if (!p.also.empty()) parameters[p.key]["also"] = p.also;
+  }
   ordered_json rivals = ordered_json::array();
   for (const auto& rival : r.rivals) rivals.push_back({{"effect", rival.effect}, {"rho", rival.rho}});
   ordered_json variant = ordered_json::object();

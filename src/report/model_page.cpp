@@ -98,7 +98,9 @@ std::string headline(const Diagnosis& d) {
       out = "Missing: " + named + "; with it the rest is noise";
       break;
     case Verdict::named_but_incomplete:
-      out = "Missing: " + named + ", and something more that is not in the library";
+      out = "Missing: " + named +
+            (d.only_number_is_open() ? "; how often an error repeats in a turn is open"
+                                     : ", and something more that is not in the library");
       break;
     case Verdict::ambiguous: {
       std::vector<std::string> sets;

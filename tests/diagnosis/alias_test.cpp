@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/diagnosis/improve.hpp"
+
 #include "diagnosis/campaigns.hpp"
 #include "diagnosis/fit/fit_core.hpp"
 
@@ -57,6 +59,46 @@ TEST(Aliases, AKinkOnAGridIsNoPeriod) {
   const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kNoEffects));
   for (const auto& set : d.sets) EXPECT_EQ(std::find(set.begin(), set.end(), "periodic:X"), set.end());
   EXPECT_FALSE(d.verdict == Verdict::named) << d.paragraph;
+}
+
+class WormOnAGrid : public testing::Test {
+ protected:
+  static std::string worm(double n) {
+    return "[model]\nname = \"truth\"\n[[effect]]\nid = \"worm:A\"\n[effect.parameters]\nsin_urad = 14\n"
+           "cos_urad = -9\nn = " +
+           std::to_string(static_cast<int>(n)) + "\n";
+  }
+  // Every 10 deg, and a finer run.
+  static std::string index(int points, double to_deg) {
+    return test::sweep_run("index", "A", -30, to_deg, points, "[[1, 0, 0]]", "rotation", {});
+  }
+  static const RankedParameter& number(const Diagnosis& d) { return d.ranking.front().parameters.back(); }
+
+  Machine machine_ = test::thermal_machine("trunnion_offset");
+};
+
+// 60 teeth, read every 10 deg, are 12, 24, 48 and others: `named` with n = 12 was said.
+TEST_F(WormOnAGrid, IsOpenInItsNumber) {
+  const Dataset data = test::measured(machine_, index(15, 110), worm(60), 1);
+  const auto steps = improve(machine_, data, test::model_for(machine_, data, kNoEffects));
+  EXPECT_EQ(steps.size(), 1u);  // a wrong number makes what lies between worse
+  const Diagnosis& d = steps.front().diagnosis;
+  EXPECT_EQ(d.verdict, Verdict::named_but_incomplete) << d.paragraph;
+  ASSERT_EQ(d.effects, std::vector<std::string>{"worm:A"}) << d.paragraph;
+  const auto& also = number(d).also;
+  EXPECT_NE(std::find(also.begin(), also.end(), 60.0), also.end()) << d.paragraph;
+  EXPECT_NE(d.paragraph.find("Which n it has is not known"), std::string::npos) << d.paragraph;
+  ASSERT_TRUE(d.next);
+  EXPECT_EQ(d.next->runs.front().path.index(), 1u);  // a sweep
+  EXPECT_LT(d.next->wrong_after, 0.05) << d.next->why;
+}
+
+TEST_F(WormOnAGrid, IsKnownWherePositionsAreFineEnough) {
+  const Dataset data = test::measured(machine_, index(141, 110), worm(60), 1);
+  const Diagnosis d = diagnose(machine_, data, test::model_for(machine_, data, kNoEffects));
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(number(d).value, 60.0);
+  EXPECT_TRUE(number(d).also.empty());
 }
 
 // A reading that is high at every other target has a period of two steps, and half of its phase is not to be

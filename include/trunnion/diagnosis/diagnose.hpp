@@ -40,7 +40,8 @@ struct Rival {
 struct RankedParameter {
   std::string key;  // "X0C_um"
   double value = 0.0;
-  std::optional<double> sigma;  // printed unit, as value
+  std::optional<double> sigma;    // printed unit, as value
+  std::vector<double> also = {};  // other values of a whole number that these readings cannot tell from it
 };
 
 /// One effect of the library, as if it alone were added to the model.
@@ -56,6 +57,9 @@ struct RankedEffect {
   std::optional<double> heldout_before_um, heldout_after_um, heldout_before_urad, heldout_after_urad;
   std::optional<double> detectable_um;  // RMS at the readings that these data would show with 95 % chance
   std::vector<Rival> rivals;
+
+  /// A whole number of periods a turn that these readings leave open: the last parameter's `also`.
+  bool number_is_open() const { return !parameters.empty() && !parameters.back().also.empty(); }
 };
 
 struct Dependence {
@@ -110,6 +114,13 @@ struct Diagnosis {
   std::vector<NullDirection> null_directions;
   Fit base;                            // the model as given, fitted
   std::vector<ModelEffect> additions;  // `effects` with their fitted parameters
+
+  /// Some effect's number of periods a turn is open, of those that are said to be missing.
+  bool number_is_open() const;
+  /// Why it is `named_but_incomplete`: beside the effects, the rest is noise.
+  bool only_number_is_open() const {
+    return verdict == Verdict::named_but_incomplete && leftover.empty() && number_is_open();
+  }
 };
 
 /// What is to be done next, in words: the next measurement, or what to check where none helps.

@@ -169,7 +169,7 @@ class Judge {
     families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
     for (std::size_t k = 0; said.additions.size() > 1 && k < said.additions.size(); ++k)
       columns_without_.push_back(found_columns_ - columns_of({said.additions[k]}));
-    said_ = said.verdict;
+    said_clean_ = clean(said);
     absurd_ = absurd(said.additions);
     small_readings_ = are_small(data_, Quantity::displacement) || are_small(data_, Quantity::rotation);
   }
@@ -398,7 +398,7 @@ class Judge {
     const double n = std::log(static_cast<double>(data_.readings.size()));
     const double as_found = found_as_given_.deviance + found_columns_ * n + selection(1.0);
     return t.fewer <= as_found + kRival || falls(as_given_, t.base, kHelps) ||
-           (!clean(said_) && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
+           (!said_clean_ && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
            (t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
             (small_readings_ || t.what.run));
   }
@@ -529,11 +529,11 @@ class Judge {
     const double better = off_by(best) / off_by(after);
     if (after.reduced() < kLeastNoise || absurd(beside.additions)) return std::nullopt;
     if (!(share >= kShare) || before.of_readings() - after.of_readings() < kEvidence) return std::nullopt;
-    const bool noise_now = clean(beside.verdict) && after.reduced() < kNoise;
-    const bool noise_only_now = noise_now && (!clean(said_) || share > kNearlyAll);
+    const bool noise_now = clean(beside) && after.reduced() < kNoise;
+    const bool noise_only_now = noise_now && (!said_clean_ || share > kNearlyAll);
     // A state that was recorded now and then changes at moments that are not known: some structure stays.
-    const bool steps_stay = t.what.kind == ConventionKind::time_shift && !clean(said_) &&
-                            share > kNearlyAll && after.reduced() < kNoise;
+    const bool steps_stay = t.what.kind == ConventionKind::time_shift && !said_clean_ && share > kNearlyAll &&
+                            after.reduced() < kNoise;
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
     Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
@@ -546,8 +546,9 @@ class Judge {
     return rival ? std::optional(out) : std::nullopt;
   }
   // What is left is noise.
-  static bool clean(Verdict v) {
-    return v == Verdict::nothing_to_find || v == Verdict::named || v == Verdict::ambiguous;
+  static bool clean(const Diagnosis& d) {
+    return d.verdict == Verdict::nothing_to_find || d.verdict == Verdict::named ||
+           d.verdict == Verdict::ambiguous || d.only_number_is_open();
   }
   // Of effects that were found. A length that somebody typed in is wrong sooner than a machine is.
   static bool absurd(const std::vector<ModelEffect>& effects) {
@@ -661,7 +662,7 @@ class Judge {
   double families_ = 1.0;
   Figures as_given_, found_as_given_;  // of the files as they are: the model, and what was found beside it
   double tried_ = 1.0;
-  Verdict said_ = Verdict::nothing_to_find;
+  bool said_clean_ = true;
   bool absurd_ = false;
   bool small_readings_ = false;  // of a quantity: nearly all are below their uncertainty
 };

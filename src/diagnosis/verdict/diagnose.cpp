@@ -13,6 +13,7 @@
 #include "diagnosis/search/leftover.hpp"
 #include "diagnosis/search/neighbours.hpp"
 #include "diagnosis/search/ranking.hpp"
+#include "diagnosis/search/turn_numbers.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
@@ -310,12 +311,18 @@ class Engine {
     d.depends_on = dependences(x.before);
     d.leftover = dependences(x.after);
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
+    const std::vector<EffectSet> other_numbers = find_numbers(d, atoms, x.found);
     decide(d, atoms, x);
     d.rows.problems = row_problems(*whole_);
     std::optional<FitCore> whole;
     if (!d.effects.empty()) whole = refit(d, atoms, x.found);
-    if (options_.plan && (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable))
-      d.next = next_measurement(atoms, x.found, x.rivals, noise_);
+    const bool number_open = d.number_is_open();
+    if (options_.plan &&
+        (d.verdict == Verdict::ambiguous || d.verdict == Verdict::not_testable || number_open)) {
+      std::vector<EffectSet> others = x.rivals;
+      if (number_open) others.insert(others.end(), other_numbers.begin(), other_numbers.end());
+      d.next = next_measurement(atoms, x.found, others, noise_);
+    }
     if (options_.plan && !d.next && d.verdict != Verdict::data_problem &&
         d.verdict != Verdict::not_in_library && !d.null_directions.empty())
       d.next = next_for_open_parameters(o_, whole ? *whole : base);
@@ -395,6 +402,20 @@ class Engine {
     });
   }
 
+  // Where the positions that were read cannot tell how often an effect repeats in a turn: the other numbers
+  // into `d`, and the sets with them, of each effect the first few.
+  std::vector<EffectSet> find_numbers(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
+    constexpr std::size_t kMost = 4;
+    std::vector<EffectSet> out;
+    for (std::size_t m = 0; m < found.members.size() && m < d.ranking.size(); ++m) {
+      std::vector<double> numbers = numbers_alike(atoms, found, m, noise_.variance);
+      for (std::size_t k = 0; k < std::min(numbers.size(), kMost); ++k)
+        out.push_back(with_number(atoms, found, m, numbers[k]));
+      if (!numbers.empty()) d.ranking[m].parameters.back().also = std::move(numbers);
+    }
+    return out;
+  }
+
   // Rounding is the same wherever a position is measured again, and looks like structure: where no more than
   // that is left, these readings show nothing.
   bool only_rounding(const Diagnosis& d) const {
@@ -443,7 +464,7 @@ class Engine {
     d.sets = {d.effects};
     d.confidence = posterior(x);
     for (const EffectSet& set : x.rivals) d.sets.push_back(set.ids(atoms));
-    if (rest || (x.rivals.empty() && unknown_period(atoms, x.found))) {
+    if (rest || (x.rivals.empty() && (unknown_period(atoms, x.found) || d.number_is_open()))) {
       d.verdict = Verdict::named_but_incomplete;
       d.confidence = x.rivals.empty() ? std::min(d.confidence, 0.97) : kAmongSets;
     } else if (!x.rivals.empty()) {

@@ -83,6 +83,12 @@ bool takes_most_of_heldout(const RankedEffect& r) {
   return best < kMost && worst < kNoMore;
 }
 
+// Between the positions that were read a wrong number of periods a turn makes the machine worse.
+bool number_is_open(const Diagnosis& d, const std::string& id) {
+  return std::any_of(d.ranking.begin(), d.ranking.end(),
+                     [&](const RankedEffect& r) { return r.id == id && r.number_is_open(); });
+}
+
 // Of explanations that cannot be told apart, the effect that is in each of them and alone takes most of what
 // held-out runs are off by: what is open is the rest. None that has variants: a set does not say which.
 std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
@@ -92,11 +98,20 @@ std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
     const auto has_it = [&](const std::vector<std::string>& set) {
       return std::find(set.begin(), set.end(), info.id) != set.end();
     };
-    if (!info.variant.empty() || !std::all_of(d.sets.begin(), d.sets.end(), has_it)) continue;
+    if (!info.variant.empty() || number_is_open(d, info.id) ||
+        !std::all_of(d.sets.begin(), d.sets.end(), has_it))
+      continue;
     const auto r = std::find_if(d.ranking.begin(), d.ranking.end(),
                                 [&](const RankedEffect& ranked) { return ranked.id == info.id; });
     if (r != d.ranking.end() && takes_most_of_heldout(*r)) return effect;
   }
+  return std::nullopt;
+}
+
+// The first effect that is known with its number of periods a turn.
+std::optional<ModelEffect> first_known(const Diagnosis& d) {
+  for (const ModelEffect& effect : d.additions)
+    if (!number_is_open(d, effect.id())) return effect;
   return std::nullopt;
 }
 
@@ -157,7 +172,7 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     const Diagnosis& d = step.diagnosis;
     const bool sure = d.verdict == Verdict::named || d.verdict == Verdict::named_but_incomplete;
     // One effect a step, the best first: the next diagnosis sees the rest anew.
-    const std::optional<ModelEffect> next = sure ? d.additions.front() : common_to_all(d);
+    const std::optional<ModelEffect> next = sure ? first_known(d) : common_to_all(d);
     steps.push_back(std::move(step));
     if (!next || k == options.most_steps) return steps;
     const Diagnosis& said = steps.back().diagnosis;

@@ -35,6 +35,23 @@ std::vector<std::string> in_all(const std::vector<std::vector<std::string>>& set
   return out;
 }
 
+// How often an effect repeats in a turn, where the positions that were read leave it open.
+std::string other_numbers(const RankedEffect& ranked) {
+  constexpr std::size_t kMost = 6;
+  if (!ranked.number_is_open()) return "";
+  const RankedParameter& n = ranked.parameters.back();
+  std::vector<std::string> others;
+  for (const double number : n.also) {
+    if (others.size() == kMost) break;
+    others.push_back(short_number(number));
+  }
+  const std::string axis = ranked.id.substr(ranked.id.find(':') + 1);
+  return "Which " + n.key + " it has is not known: at the positions of " + axis + " that were read " +
+         listed(others, " and ") + (n.also.size() > kMost ? " (and more)" : "") +
+         " do the same, and between these positions they do not. Compensate nothing there before " + axis +
+         " has been read off that grid. ";
+}
+
 std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* ranked) {
   const EffectInfo& info = atoms.effect(atom).info();
   std::string out = info.id;
@@ -49,7 +66,7 @@ std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* 
                 (p.sigma ? " +/- " + short_number(*p.sigma) : "");
     }
     out += "The data show " + values + "; chi-square falls by " + short_number(ranked->chi2_drop) + " with " +
-           short_number(ranked->dof) + " parameter(s). ";
+           short_number(ranked->dof) + " parameter(s). " + other_numbers(*ranked);
     if (ranked->heldout_before_um || ranked->heldout_before_urad)
       out +=
           "Runs that were held out: " + sizes_text(ranked->heldout_before_um, ranked->heldout_before_urad) +
@@ -110,6 +127,11 @@ std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
 
 }  // namespace
 
+bool Diagnosis::number_is_open() const {
+  return !effects.empty() && std::any_of(ranking.begin(), ranking.end(),
+                                         [](const RankedEffect& r) { return r.number_is_open(); });
+}
+
 std::string sizes_text(std::optional<double> um, std::optional<double> urad) {
   std::string out;
   if (um && std::isfinite(*um)) out = short_number(*um) + " um";
@@ -151,6 +173,13 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
             effects_text(d, atoms, found);
       break;
     case Verdict::named_but_incomplete:
+      if (d.only_number_is_open()) {
+        out = "Missing in the model: " + listed(d.effects, " and ") +
+              (d.effects.size() > 1 ? ". With them" : ". With it") +
+              " the rest is noise, but how often an error repeats in a turn is open." +
+              effects_text(d, atoms, found);
+        break;
+      }
       out = "Missing in the model: " + listed(d.effects, " and ") +
             (d.effects.size() > 1 ? ", but that is not all: they explain "
                                   : ", but that is not all: it explains ") +
@@ -276,6 +305,8 @@ std::string what_next(const Diagnosis& d) {
            "' once more, with a set-up of its own: what the other runs say does not hold in it.";
   if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
     return "No run of the menu helps here: " + d.paragraph;
+  if (d.number_is_open())
+    return "No run of the menu helps here: read the axis at positions off the grid of these. " + d.paragraph;
   return "No further measurement is needed: these data decide it.";
 }
 
