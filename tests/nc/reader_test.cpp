@@ -183,6 +183,42 @@ TEST(Reader, RefusesNumbersWithoutPointWhereTheyMeanIncrements) {
               ElementsAre("program start  1", "rapid X 0 Y 10000", "program end"));
 }
 
+// So they do in cycles, arcs, dwells, planes and shifts, and F where the control file says so. What counts
+// things is whole.
+TEST(Reader, RefusesNumbersWithoutPointInEveryKindOfBlock) {
+  const auto all_of = [](const std::string& name, const std::string& line) {
+    return first_error_of(name, "G90\nG0 X0. Y0. Z50.\nG1 Z20. F400.\n" + line + "\nM30\n");
+  };
+  for (const auto& [line, what] : {std::pair{"G99 G83 X0. Y0. Z-2. R13 Q5. F100.", "{clear}"},
+                                   {"G99 G83 X0. Y0. Z-2 R13. Q5. F100.", "{bottom}"},
+                                   {"G99 G83 X0. Y0. Z-2. R13. Q5 F100.", "{step}"},
+                                   {"G99 G81 X5 Y0. Z-2. R13. F100.", "{x}"},
+                                   {"S500\nM29 S500\nG99 G84 X0. Y0. Z-2. R13 F500.", "{clear}"},
+                                   {"G2 X10 Y0. I5. J0.", "{x}"},
+                                   {"G2 X10. Y0. I5 J0.", "{i}"},
+                                   {"G4 X2", "{seconds}"},
+                                   {"G68.2 X0. Y0. Z0. I90 J30. K0.\nG53.1", "{a}"},
+                                   {"G68.2 X5 Y0. Z0. I90. J30. K0.\nG53.1", "{x}"},
+                                   {"G52 X5 Y0. Z0.", "{x}"}}) {
+    EXPECT_THAT(all_of("fanuc_30i", line), HasSubstr(std::string(what) + " has no decimal point")) << line;
+  }
+  for (const char* line : {"G1 X10. F100", "X10. F100", "G99 G81 X0. Y0. Z-2. R13. F100"})
+    EXPECT_THAT(all_of("haas_ngc", line), HasSubstr("F has no decimal point")) << line;
+  const auto reads = [](const std::string& name, const std::string& line) {
+    EXPECT_NO_THROW(
+        test::nc_blocks(test::shipped_controller(name),
+                        "G90\nT4 M6\nS500 M3\nG0 X0. Y0. Z50.\nG1 Z20. F400.\n" + line + "\nM30\n"))
+        << name << " " << line;
+  };
+  for (const char* line : {"G99 G82 X0 Y0. Z-2. R13. P500 F100", "M29 S500\nG99 G84 X0. Y0. Z-2. R13. F500",
+                           "G68.2 X0 Y0 Z0 I90. J30. K0\nG53.1\nG69", "G54.1 P2", "G4 X0.5", "X10. F100"})
+    reads("fanuc_30i", line);
+  // There it is milliseconds.
+  EXPECT_EQ(read("haas_ngc", "G4 P2.\nM30"), read("haas_ngc", "G4 P2000\nM30"));
+  for (const char* line : {"G2 X10 Y0 I5 J0", "G4 P2", "G99 G83 X0 Y0 Z-2 R13 Q5 F100"})
+    reads("linuxcnc", line);
+}
+
 TEST(Reader, WantsAMotionWordInEveryBlockWhereTheControlDoes) {
   EXPECT_THAT(
       first_error_of("heidenhain_tnc640", "0 BEGIN PGM A MM\n1 L X+1 FMAX\n2 X+2\n3 M30\n4 END PGM A MM"),

@@ -323,8 +323,8 @@ void EventReader::check_origin(const FoundEvent& found) {
 void EventReader::run_dwell(const FoundEvent& found) {
   Dwell now;
   const bool in_seconds = found.captures.has(Placeholder::seconds);
-  const bool counts_thousandths = s_.language.others && s_.c.input.lines.dwell_without_point_ms &&
-                                  in_seconds && !found.captures[Placeholder::seconds].has_point;
+  const bool counts_thousandths = s_.c.input.lines.dwell_without_point_ms && in_seconds &&
+                                  !found.captures[Placeholder::seconds].has_point;
   if (in_seconds && !counts_thousandths)
     now.milliseconds = s_.scaled(found, Placeholder::seconds, 3);
   else

@@ -32,10 +32,11 @@ bool is_length(Placeholder p) {
   }
 }
 
-// Without a point it is a number of the control's smallest increments.
+// Without a point it is a number of the control's smallest increments. Where a retract goes has its own
+// words.
 bool counts_increments(Placeholder p) {
-  return is_length(p) || p == Placeholder::a || p == Placeholder::b || p == Placeholder::c ||
-         p == Placeholder::seconds;
+  return (is_length(p) && p != Placeholder::position) || p == Placeholder::a || p == Placeholder::b ||
+         p == Placeholder::c || p == Placeholder::seconds;
 }
 
 }  // namespace
@@ -78,10 +79,14 @@ void ReadState::set_feed_mode(FeedMode mode) {
 }
 
 // In whole mm a minute alone most controls need none; others have a reason.
+bool ReadState::wants_point_of_feed(const Number& number) const {
+  return c.numbers.point_required && !number.has_point && number.mantissa != 0 && c.refused.contains("F");
+}
+
 void ReadState::check_point_of_feed(const Number& number, std::uint32_t column) {
+  if (wants_point_of_feed(number))
+    return error(column, "F has no decimal point: " + c.refused.find("F")->second);
   if (!language.others || !c.numbers.point_required || number.has_point || number.mantissa == 0) return;
-  const auto reason = c.refused.find("F");
-  if (reason != c.refused.end()) return error(column, "F has no decimal point: " + reason->second);
   if (language.others->per_revolution() || language.others->in_inches())
     error(column, "F has no decimal point: the control would take it for a number of increments");
 }
@@ -143,7 +148,7 @@ std::int64_t ReadState::whole(const FoundEvent& found, Placeholder p, std::int64
       error(found.column, "a number that counts things is not whole, or too large");
   } else if (!to_rounded_quanta(*number, 0, out)) {
     error(found.column, "number too large");
-  } else if (language.others && p == Placeholder::milliseconds && number->has_point) {
+  } else if (p == Placeholder::milliseconds && number->has_point) {
     error(found.column, "a dwell in milliseconds with a decimal point: controls differ in its unit");
   }
   return out;
@@ -156,12 +161,14 @@ std::int64_t ReadState::scaled(const FoundEvent& found, Placeholder p, int decim
     error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +
                             std::to_string(decimals));
   }
-  if (number != nullptr && language.others && c.numbers.point_required && !number->has_point && out != 0 &&
-      counts_increments(p)) {
-    error(found.column, std::string("{") + std::string(name_of(p)) +
-                            "} has no decimal point: the control would take it for a number of increments");
-  }
+  if (number != nullptr) check_point(found, p, *number);
   return language.others && is_length(p) ? language.others->length(out) : out;
+}
+
+void ReadState::check_point(const FoundEvent& found, Placeholder p, const Number& number) {
+  if (!c.numbers.point_required || number.has_point || number.mantissa == 0 || !counts_increments(p)) return;
+  error(found.column, std::string("{") + std::string(name_of(p)) +
+                          "} has no decimal point: the control would take it for a number of increments");
 }
 
 // A motion under kinematics that are not known may go anywhere.

@@ -76,8 +76,12 @@ struct ReadState {
   // Values of the placeholders of a template, in this line or kept from one before.
   std::int64_t whole(const FoundEvent& found, Placeholder p, std::int64_t fallback);
   std::int64_t scaled(const FoundEvent& found, Placeholder p, int decimals);
+  /// With a message: a number without its point, where the control would count it in increments.
+  void check_point(const FoundEvent& found, Placeholder p, const Number& number);
 
   void set_feed_mode(FeedMode mode);
+  /// The control would take this F for another one: it has no decimal point.
+  bool wants_point_of_feed(const Number& number) const;
   void check_point_of_feed(const Number& number, std::uint32_t column);
   /// Feed per revolution as feed per minute at the speed that the spindle turns with.
   void follow_spindle(std::int64_t rpm);

@@ -131,7 +131,7 @@ const char* RunReader::take_run_line(const char* const begin, const char* const 
       l.value[l.count] = static_cast<std::int32_t>(quanta);
       if (column == 0) column = static_cast<std::uint32_t>(p - begin) + 1;
     } else {
-      if (!to_rounded_quanta(number, decimals, l.feed)) return nullptr;
+      if (!to_rounded_quanta(number, decimals, l.feed) || s_.wants_point_of_feed(number)) return nullptr;
       l.feed_at = l.count;
     }
     all_four = all_four && decimals == kRunDecimals;

@@ -143,6 +143,7 @@ bool ShapeReader::gear(const FoundEvent& found, const Template& words, Hole& hol
                            : s_.kept.has(p)      ? &s_.kept[p]
                                                  : nullptr;
     if (number == nullptr || !to_rounded_quanta(*number, kPitchDecimals, thread.pitch)) thread.pitch = 0;
+    if (number != nullptr) s_.check_point(found, p, *number);
     if (s_.language.others) thread.pitch = s_.language.others->length(thread.pitch);
     if (is_lead) thread.hand = thread.pitch < 0 ? Thread::Hand::left : Thread::Hand::right;
     if (is_lead) thread.pitch = std::abs(thread.pitch);
@@ -311,6 +312,7 @@ void ShapeReader::run_probe(const FoundEvent& found) {
   if (!said.has(Placeholder::feed) ||
       !to_rounded_quanta(said[Placeholder::feed], s_.c.numbers.feed.per_minute_decimals, own) || own <= 0)
     return s_.error(found.column, "a touch without feed");
+  s_.check_point_of_feed(said[Placeholder::feed], found.column);
   s_.feed = own;
   const int decimals = s_.language.format.decimals(AxisLetter::X);
   Probe probe;
