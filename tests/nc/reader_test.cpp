@@ -219,6 +219,18 @@ TEST(Reader, RefusesNumbersWithoutPointInEveryKindOfBlock) {
     reads("linuxcnc", line);
 }
 
+TEST(Reader, RefusesTwoToolsOrSpeedsInOneBlock) {
+  for (const std::string name : {"fanuc_30i", "haas_ngc", "linuxcnc", "siemens_840d_sl", "iso"}) {
+    for (const char* line : {"S8000 M3 S100", "S100 S8000 M3", "S8000 S100"})
+      EXPECT_THAT(first_error_of(name, std::string(line) + "\nM30\n"), HasSubstr("two S words in one block"))
+          << name << " " << line;
+    for (const char* line : {"T4 T5", "T5 T4\nM6"})
+      EXPECT_THAT(first_error_of(name, std::string(line) + "\nM30\n"), HasSubstr("two T words in one block"))
+          << name << " " << line;
+  }
+  EXPECT_THAT(first_error_of("fanuc_30i", "T4 M6 T5\nM30\n"), HasSubstr("p.nc:1:7: error: two T words"));
+}
+
 TEST(Reader, WantsAMotionWordInEveryBlockWhereTheControlDoes) {
   EXPECT_THAT(
       first_error_of("heidenhain_tnc640", "0 BEGIN PGM A MM\n1 L X+1 FMAX\n2 X+2\n3 M30\n4 END PGM A MM"),

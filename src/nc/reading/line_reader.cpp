@@ -321,6 +321,7 @@ void LineReader::run_line() {
     if (s_.program.increments_since != 0 && !counts_absolute(m)) return;
     return run_motion(m);
   }
+  if (says_twice()) return;
   m = {};
   for (std::size_t i = 0; i < parsed_.word_count; ++i) parsed_.words[i].used = false;
   const std::vector<FoundEvent> events = find_events(m);
@@ -379,6 +380,20 @@ bool LineReader::take_words(LineMotion& m) {
     }
   }
   return true;
+}
+
+// A pattern takes one of them, and what would become of the other no line of a program says.
+bool LineReader::says_twice() {
+  for (std::size_t i = 1; i < parsed_.word_count; ++i) {
+    const Word& word = parsed_.words[i];
+    if (s_.language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U] == 0) continue;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (parsed_.words[j].letter != word.letter) continue;
+      s_.error(word.column, std::string("two ") + word.letter + " words in one block");
+      return true;
+    }
+  }
+  return false;
 }
 
 bool LineReader::keep(const Word& word) {

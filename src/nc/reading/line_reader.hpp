@@ -32,6 +32,8 @@ class LineReader {
   bool take_motion(LineMotion& m);
   /// What is left after patterns have taken their words: motion, or not understood.
   bool take_words(LineMotion& m);
+  /// With a message: two words for the tool, or for the speed.
+  bool says_twice();
   /// T before M6, S before M3: on lines of their own.
   bool keep(const Word& word);
   bool is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const;
