@@ -231,6 +231,20 @@ TEST(Reader, RefusesTwoToolsOrSpeedsInOneBlock) {
   EXPECT_THAT(first_error_of("fanuc_30i", "T4 M6 T5\nM30\n"), HasSubstr("p.nc:1:7: error: two T words"));
 }
 
+// Where the control wants tool-centre-point control to be off.
+TEST(Reader, RefusesARetractUnderToolCentrePointControl) {
+  EXPECT_THAT(
+      first_error_of("fanuc_30i", "G0 A0. C0.\nG43.4 H1 X0. Y0. Z600.\nG53 G0 Z700.\nM30\n"),
+      HasSubstr("p.nc:3:8: error: a retract under tool-centre-point control: end that first ('G49')"));
+  EXPECT_THAT(first_error_of("fanuc_30i", "G0 A0. C0.\nG43.4 H1 X0. Y0. Z600.\nT2 M6\nM30\n"),
+              HasSubstr("a tool change under tool-centre-point control"));
+  EXPECT_THAT(first_error_of("linuxcnc", "M428\nG53 G0 Z700\nM2\n"),
+              HasSubstr("a retract under tool-centre-point control: end that first ('M429')"));
+  nc::Controller c = test::shipped_controller("fanuc_30i");
+  c.tcp.off_for_tool_change = false;
+  EXPECT_NO_THROW(test::nc_blocks(c, "G0 A0. C0.\nG43.4 H1 X0. Y0. Z600.\nG53 G0 Z700.\nM30\n"));
+}
+
 TEST(Reader, WantsAMotionWordInEveryBlockWhereTheControlDoes) {
   EXPECT_THAT(
       first_error_of("heidenhain_tnc640", "0 BEGIN PGM A MM\n1 L X+1 FMAX\n2 X+2\n3 M30\n4 END PGM A MM"),

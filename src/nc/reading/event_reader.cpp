@@ -38,8 +38,7 @@ void EventReader::run(const FoundEvent& found) {
     case EventKind::allowed:
       return s_.emit(AllowedWord{s_.c.allowed[static_cast<std::size_t>(found.event.argument)]});
     case EventKind::program_end:
-      s_.program.ended = true;
-      return s_.emit(ProgramEnd{});
+      return run_program_end(found);
     case EventKind::spindle:
       return run_spindle(found);
     case EventKind::clamp:
@@ -145,14 +144,31 @@ void EventReader::run_clamp(int argument) {
   s_.emit(Clamp{clamp.axes, on});
 }
 
+// What the control wants to be ended before.
+bool EventReader::forbids_tcp(const FoundEvent& found, const char* what) {
+  if (!s_.modal.tcp || !s_.c.tcp.off_for_tool_change) return false;
+  s_.error(std::max(found.column, 1U), std::string(what) +
+                                           " under tool-centre-point control: end that first" +
+                                           (s_.c.tcp.off.empty() ? "" : " ('" + s_.c.tcp.off.back() + "')"));
+  return true;
+}
+
+void EventReader::run_program_end(const FoundEvent& found) {
+  if (s_.program.frame && s_.modal.plane)
+    s_.error(std::max(found.column, 1U),
+             "the program ends in a tilted plane: end that first" +
+                 (s_.c.tilted_plane.off.empty() ? "" : " ('" + s_.c.tilted_plane.off.back() + "')"));
+  if (s_.program.frame) forbids_tcp(found, "the end of the program");
+  s_.program.ended = true;
+  s_.emit(ProgramEnd{});
+}
+
 void EventReader::run_tool(const FoundEvent& found) {
   ToolCall call;
   call.tool = s_.whole(found, Placeholder::tool, -1);
   if (call.tool < 0) return s_.error(found.column, "a tool change without a tool");
   call.length_offset = s_.whole(found, Placeholder::length_offset, call.tool);
-  if (s_.language.others && s_.modal.tcp && s_.c.tcp.off_for_tool_change && !s_.c.tcp.switches_kinematics)
-    return s_.error(std::max(found.column, 1U),
-                    "a tool change under tool-centre-point control: end that first");
+  if (!(s_.language.others && s_.c.tcp.switches_kinematics) && forbids_tcp(found, "a tool change")) return;
   s_.modal.change_tool();
   s_.emit(call);
 }
@@ -344,6 +360,7 @@ void EventReader::run_retract(const FoundEvent& found) {
                           " has no decimal point: the control would take it for a number of increments");
     }
   }
+  if (!s_.language.others && forbids_tcp(found, "a retract")) return;
   if (!s_.may_move(found.column) || s_.kinematics_unknown(found.column)) return;
   s_.modal.position.forget(letter);
   s_.modal.motion_kind.reset();
