@@ -6,6 +6,7 @@
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/effects/measured_tools.hpp"
 
 namespace trunnion {
 namespace {
@@ -13,6 +14,9 @@ namespace {
 constexpr double kTurnDeg = 360.0;
 constexpr double kRounding = 1e-6;  // of positions, mm or deg: people read model files
 constexpr double kSlack = 0.01;  // of the measured range: no error of a machine changes much over so little
+
+// Of the longest tool that was measured: what tools do to errors grows with their length.
+constexpr double kToolSlack = 0.05;
 
 double rounded(double value) {
   return std::round(value * 1e6) / 1e6;
@@ -38,7 +42,7 @@ std::optional<double> all_round_from(std::vector<double> deg) {
 }
 
 std::string name_of(const MeasuredRange& range) {
-  return range.key.substr(0, range.key.rfind('_'));
+  return range.key == kToolLengthKey ? "tool length" : range.key.substr(0, range.key.rfind('_'));
 }
 
 std::string unit_of(const MeasuredRange& range) {
@@ -46,7 +50,9 @@ std::string unit_of(const MeasuredRange& range) {
 }
 
 bool holds(const MeasuredRange& measured, const MeasuredRange& used) {
-  const double way = measured.high - measured.low, slack = kSlack * way + kRounding;
+  const double way = measured.high - measured.low;
+  const double slack =
+      kRounding + (measured.key == kToolLengthKey ? kToolSlack * std::abs(measured.high) : kSlack * way);
   double turned = 0.0;
   if (is_rotary(measured)) {
     if (way >= kTurnDeg - kRounding) return true;

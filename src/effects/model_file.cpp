@@ -7,6 +7,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/config/section.hpp"
+#include "trunnion/effects/measured_tools.hpp"
 #include "trunnion/effects/model.hpp"
 
 #include "effects/formula.hpp"
@@ -367,14 +368,14 @@ void note_doubles(const Model& model, Diagnostics& diagnostics) {
 
 MeasuredRanges read_valid(Section& valid, const Machine& machine) {
   MeasuredRanges out;
-  for (const std::string& key : valid.keys("^([XYZUVW]_mm|[ABC]_deg|T_.+_degC)$")) {
+  for (const std::string& key : valid.keys("^([XYZUVW]_mm|[ABC]_deg|tool_length_mm|T_.+_degC)$")) {
     const auto axis = std::find_if(machine.axes.begin(), machine.axes.end(),
                                    [&](const Axis& a) { return range_of_axis(a, 0.0, 0.0).key == key; });
     const bool of_axis = axis != machine.axes.end();
-    if (!of_axis && !(key.starts_with("T_") && key.ends_with("_degC"))) {
+    if (!of_axis && key != kToolLengthKey && !(key.starts_with("T_") && key.ends_with("_degC"))) {
       valid.error(key, "'" + key +
-                           "' is the range of no axis of this machine (X_mm, C_deg) and of no temperature "
-                           "(T_name_degC)");
+                           "' is the range of no axis of this machine (X_mm, C_deg), of no temperature "
+                           "(T_name_degC) and not that of the tools (tool_length_mm)");
       continue;
     }
     const auto ends = valid.find_numbers(key);  // an axis' in mm or rad

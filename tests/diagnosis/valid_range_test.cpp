@@ -57,6 +57,16 @@ TEST_F(ValidRange, AnEvaluationSaysWhatLiesBeyond) {
   EXPECT_EQ(evaluate(machine_, far, test::model_for(machine_, far, kKnown)).beyond, "");
 }
 
+// A tilt of the spindle and a tool beside its axis are the same with one tool, and not with another.
+TEST_F(ValidRange, IsThatOfTheTools) {
+  const Model model = fitted(lasers(-150, 100));
+  EXPECT_EQ(range(model, "tool_length_mm").low, 150.0);
+  EXPECT_EQ(range(model, "tool_length_mm").high, 150.0);
+  EXPECT_EQ(evaluate(machine_, lasers(-150, 100, "tool_z_mm = -154\n"), model).beyond, "");
+  EXPECT_EQ(evaluate(machine_, lasers(-150, 100, "tool_z_mm = -230\n"), model).beyond,
+            "tool length 230 mm (measured: 150)");
+}
+
 // What a fit holds is from the readings of an earlier one: both count. Else only its own do.
 TEST_F(ValidRange, OfWhatIsHeldIsKept) {
   const std::string valid = "[model]\nname = \"known\"\n[model.valid]\nX_mm = [-240, 50]\n";

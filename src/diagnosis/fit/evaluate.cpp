@@ -6,6 +6,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/measured_tools.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/fit/variance.hpp"
 #include "diagnosis/search/leftover.hpp"
@@ -118,9 +119,7 @@ Evaluation evaluate(const Machine& machine, const Dataset& data, const Model& mo
                                    [&](const Dependence& d) { return d.covariate == t.covariate; }))
       out.by_covariate.push_back({t.covariate, t.p});
   out.verdict = sentence(out);
-  out.beyond = beyond_measured(
-      model.valid, ranges_of(machine, data.context.names, data.readings.size(),
-                             [&](std::size_t i) { return data.track.state(data.readings[i].row); }));
+  out.beyond = beyond_measured(model.valid, ranges_of_readings(machine, data));
   return out;
 }
 

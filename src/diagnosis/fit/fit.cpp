@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/fit/measured_tools.hpp"
 #include "diagnosis/fit/usual_size.hpp"
 
 namespace trunnion::diagnosis {
@@ -11,9 +12,7 @@ namespace {
 // Where the readings were that the fitted numbers are from: those of this fit, and those of an earlier one
 // where it keeps some of the numbers.
 MeasuredRanges valid_ranges(const Observations& o, const Model& given) {
-  const MeasuredRanges here =
-      ranges_of(o.machine(), o.data().context.names, static_cast<std::size_t>(o.size()),
-                [&](std::size_t i) { return o.state(static_cast<Eigen::Index>(i)); });
+  const MeasuredRanges here = ranges_of_readings(o.machine(), o.data());
   const bool keeps = std::any_of(given.effects.begin(), given.effects.end(), [](const ModelEffect& effect) {
     return std::any_of(effect.parameters.begin(), effect.parameters.end(),
                        [](const ParameterValue& p) { return p.fixed || p.prior; });
