@@ -338,6 +338,96 @@ TEST(AroundTheCut, IsJudgedInEditedPrograms) {
   EXPECT_THAT(unsafe(replaced(p.nc, up + "M5", "M5")), HasSubstr("the spindle stops before"));
 }
 
+constexpr const char* kTwoSides =
+    "UNITS/MM\nLOADTL/4\nSPINDL/8000,RPM,CLW\nFEDRAT/400.,MMPM\nRAPID\nGOTO/-90.,0.,60.,0.,0.,1.\n"
+    "GOTO/-90.,0.,20.\nRAPID\nGOTO/-90.,0.,60.\nRAPID\nGOTO/100.,0.,40.,0.5,0.,0.8660254\n"
+    "GOTO/100.,0.,20.\nRAPID\nGOTO/120.,0.,54.641\nFINI\n";
+
+// Text behind the last line that holds `mark`, or in its place.
+std::string behind_last(std::string text, const std::string& mark, const std::string& line) {
+  const auto at = text.rfind(mark);
+  EXPECT_NE(at, std::string::npos) << mark;
+  if (at == std::string::npos) return text;
+  return text.insert(text.find('\n', at) + 1, line + "\n");
+}
+
+std::string without_last(std::string text, const std::string& mark) {
+  const auto at = text.rfind(mark);
+  EXPECT_NE(at, std::string::npos) << mark;
+  if (at == std::string::npos) return text;
+  const auto begin = text.rfind('\n', at) + 1;
+  return text.erase(begin, text.find('\n', at) + 1 - begin);
+}
+
+// What the reader, or a check, says of it; nothing where it passes.
+std::string verdict_of(const std::string& text, const Machine& machine, const std::string& control) {
+  const auto v = test::verified(text, kTwoSides, machine, 0.01, control);
+  if (!v) return v.error().text();
+  if (!v->unsafe.empty()) return v->unsafe[0].what;
+  for (const post::Check& check : v->checks)
+    if (check.state == post::Check::State::failed)
+      return check.places.empty() ? "failed" : check.places[0].what;
+  return v->passed() ? "" : "failed";
+}
+
+// The first Z of a tilted plane moves machine Z, whatever else is known.
+TEST(AroundTheCut, IsJudgedInATiltedPlane) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  struct Down {
+    const char *control, *mark, *line, *off;
+  };
+  for (const Down& down : {Down{"siemens_840d_sl", "D1", "G0 Z-40", "CYCLE800()"},
+                           {"siemens_840d_sl", "CYCLE800(0", "G0 Z-40", "CYCLE800()"},
+                           {"fanuc_30i", "G53.1", "G43 H4 Z-40.", "G69"},
+                           {"heidenhain_tnc640", "PLANE SPATIAL", "L Z-40 FMAX", "PLANE RESET"}}) {
+    PostOptions options;
+    options.tilted_plane = true;
+    const auto p = test::posted(kTwoSides, machine, options, down.control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_EQ(verdict_of(p.nc, machine, down.control), "");
+    EXPECT_THAT(
+        verdict_of(behind_last(p.nc, down.mark, down.line), machine, down.control),
+        testing::AnyOf(HasSubstr("the tool comes down where not all axes are known to stand: machine Z is "),
+                       HasSubstr("whether the control adds a tool's length is not known")))
+        << down.control << " " << down.mark;
+    EXPECT_THAT(verdict_of(without_last(p.nc, down.off), machine, down.control), Not("")) << down.control;
+  }
+  // Down, and sideways only there.
+  PostOptions options;
+  options.tilted_plane = true;
+  const auto p = test::posted(kTwoSides, machine, options, "heidenhain_tnc640");
+  const auto at = p.nc.find('\n', p.nc.find("PLANE SPATIAL")) + 1;
+  const auto next = p.nc.find('\n', at) + 1;
+  const auto behind = p.nc.find('\n', next) + 1;
+  EXPECT_THAT(verdict_of(p.nc.substr(0, at) + p.nc.substr(next, behind - next) + p.nc.substr(at, next - at) +
+                             p.nc.substr(behind),
+                         machine, "heidenhain_tnc640"),
+              HasSubstr("the tool comes down where not all axes are known to stand: machine Z is "));
+}
+
+TEST(AroundTheCut, EndsTiltedPlaneAndToolCentrePointControl) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.tilted_plane = true;
+  const auto in_plane = test::posted(kTwoSides, machine, options, "fanuc_30i");
+  ASSERT_TRUE(in_plane.report) << in_plane.report.error().text();
+  EXPECT_THAT(verdict_of(without_last(in_plane.nc, "G69"), machine, "fanuc_30i"),
+              HasSubstr("the program ends in a tilted plane: end that first ('G69')"));
+  options = {};
+  options.rtcp = true;
+  for (const auto& [control, off] : {std::pair{"fanuc_30i", "G49"},
+                                     {"haas_ngc", "G49"},
+                                     {"siemens_840d_sl", "TRAFOOF"},
+                                     {"heidenhain_tnc640", "M129"},
+                                     {"linuxcnc", "M429"}}) {
+    const auto p = test::posted(kTwoSides, machine, options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    EXPECT_EQ(verdict_of(p.nc, machine, control), "");
+    EXPECT_THAT(verdict_of(without_last(p.nc, off), machine, control),
+                HasSubstr("a retract under tool-centre-point control: end that first"));
+  }
+}
+
 TEST(AroundTheCut, NamesTheKeyThatIsMissing) {
   Machine machine = test::shop_machine(test::kShopMachines[2]);
   machine.safe = {};

@@ -192,10 +192,20 @@ void ProgramReplay::take_partly(const nc::Motion& motion) {
         (motion.words.mask & nc::AxisWords::bit(axis_words_.letters[id])) != 0 && !(is_linear && in_part);
     words[id] = axis_words_.of[id].internal(motion.words);
   }
-  if (in_part && (motion.words.mask & axis_words_.linear) != 0)
+  const std::uint16_t z_word = nc::AxisWords::bit(nc::AxisLetter::Z);
+  const bool says_z = (motion.words.mask & axis_words_.linear & z_word) != 0;
+  // The tool stands along machine Z in the plane, so that Z of its words alone says how high.
+  const bool z_of_plane = in_force_.plane && says_z && !in_force_.leaves_plane(motion.words);
+  const auto moved = static_cast<std::uint16_t>(motion.words.mask & axis_words_.linear);
+  if (in_part && (z_of_plane ? moved & ~z_word : moved) != 0)
     walk_.sideways(in_force_.tcp && !in_force_.plane, motion.source.line);
+  if (in_part && says_z && !z_of_plane) walk_.loses_height();
   JointVector q = in_force_.joints_of(words);
   if (!in_force_.shift.is_idle()) q = in_force_.shift.joints(q, false);
+  if (const auto z = machine_.axis("Z"); z && z_of_plane) {
+    q[*z] = in_force_.end_at(words).q[*z];
+    known[*z] = true;
+  }
   walk_.partly(q, known, in_force_.tcp, motion.source.line);
 }
 

@@ -29,9 +29,13 @@ class SafeWalk {
   void forget(std::uint32_t nc_line);
   /// A motion at whose end only some axes are known. `linear_follow`: tool-centre-point control is on.
   void partly(const JointVector& q, const Known& known, bool linear_follow, std::uint32_t nc_line);
-  /// X and Y move by words of the part of which Z is not known: in a tilted plane at one height of machine Z,
-  /// under tool-centre-point control at any.
+  /// X and Y move by words of the part from which no more is known: in a tilted plane at one height of
+  /// machine Z, under tool-centre-point control at any.
   void sideways(bool tcp, std::uint32_t nc_line);
+  /// Z moves to where the words alone do not say.
+  void loses_height() {
+    if (z_) known_[*z_] = false;
+  }
   /// The control turns its rotary axes by itself, into a tilted plane.
   void turns_to(const JointVector& q, std::uint32_t nc_line);
   /// A motion at whose end all axes are known: true when it belongs to the way, and not to the CL path.
