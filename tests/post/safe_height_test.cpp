@@ -428,6 +428,36 @@ TEST(AroundTheCut, EndsTiltedPlaneAndToolCentrePointControl) {
   }
 }
 
+// The tip stands still while the part swings.
+TEST(AroundTheCut, NoAxisSwingsUnderToolCentrePointControl) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  PostOptions options;
+  options.rtcp = true;
+  for (const char* control : {"fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640", "linuxcnc"}) {
+    const auto p = test::posted(kTwoSides, machine, options, control);
+    ASSERT_TRUE(p.report) << p.report.error().text();
+    const bool tnc = control == std::string("heidenhain_tnc640");
+    const auto swung = [&](const std::string& mark, const std::string& words) {
+      return verdict_of(behind_last(p.nc, mark, tnc ? "L " + words + " FMAX" : "G0 " + words), machine,
+                        control);
+    };
+    const std::string plus = tnc ? "+" : "";
+    // Behind the rapid up from the first cut, and behind the last motion.
+    const std::string up = p.nc.find("G0 Z60.0000") != std::string::npos ? "G0 Z60.0000"
+                           : p.nc.find("G0 Z60.") != std::string::npos   ? "G0 Z60."
+                           : tnc                                         ? "L Z+60 FMAX"
+                                                                         : "G0 Z60";
+    EXPECT_THAT(swung(up, "A" + plus + "90."), HasSubstr("a rotary axis turns below the safe height"))
+        << control;
+    EXPECT_THAT(swung("Z" + plus + "54.641", "A" + plus + "90."),
+                HasSubstr("a rotary axis turns below the safe height"))
+        << control;
+    EXPECT_THAT(swung("Z" + plus + "54.641", "Z" + plus + "70. A" + plus + "90."), Not("")) << control;
+    // What the CL file asks for: half of the way that its rapid turns.
+    EXPECT_EQ(swung(up, "A" + plus + "10."), "") << control;
+  }
+}
+
 TEST(AroundTheCut, NamesTheKeyThatIsMissing) {
   Machine machine = test::shop_machine(test::kShopMachines[2]);
   machine.safe = {};

@@ -21,6 +21,29 @@ FollowLimits follow_limits(const JudgedMachine& judged, const TableKinematics& k
           std::cos(o.pole.cone.rad())};
 }
 
+// Every rotary axis goes no farther than to where the tool stands at `target`, one after the other, say: to
+// the nearest position, or one that is about as near.
+bool turns_towards(const Machine& machine, const JointVector& from, const JointVector& to,
+                   const Target& target) {
+  constexpr double kRounding_rad = 1e-4;
+  constexpr double kAboutAsNear = 1.5;
+  std::optional<double> nearest_rad;
+  for (const JointSolution& there : inverse(machine, {target.tip_P, target.axis_P}, from)) {
+    double turn_rad = 0.0;
+    bool is_between = true;
+    for (AxisId id = 0; id < machine.axes.size(); ++id) {
+      if (machine.axes[id].kind != AxisKind::rotary) continue;
+      const double begin = from[id], end = there.q[id];
+      turn_rad += std::abs(end - begin);
+      is_between = is_between && to[id] >= std::min(begin, end) - kRounding_rad &&
+                   to[id] <= std::max(begin, end) + kRounding_rad;
+    }
+    if (!nearest_rad) nearest_rad = turn_rad;
+    if (is_between && turn_rad <= kAboutAsNear * *nearest_rad + kRounding_rad) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 MachineJudge::MachineJudge(JudgedMachine judged, const WordsInForce& words, PathPoints& points)
@@ -411,6 +434,7 @@ void MachineJudge::rapid(const Vertex& v) {
   pass_end_of_cut(v);
   match_end_of_cut();
   trail_.clear();
+  if (program_judge_ && v.tcp) judge_swing(v);
   if (is_back_at_rapid(v) || comes_nearer(v)) return;
   settle_rapid_end();
   const std::size_t next = path_.next();
@@ -480,6 +504,52 @@ bool MachineJudge::turns_in_place(const Vertex& v) const {
   constexpr double kDigits = 4.0;
   return (v.station.tip_P - ends_.previous->station.tip_P).norm() <=
          kDigits * judged_.controller.numbers.axes.quantum(nc::AxisLetter::X);
+}
+
+// Where the tool is on its way to a rapid's end its axis is free between the two axes, and its rotary axes on
+// their ways: what the CL file asks for. Anywhere else it stays as it is. Which way the axes go in a block
+// that ends there is looked at, too.
+void MachineJudge::judge_swing(const Vertex& v) {
+  constexpr int kPlaces = 16;
+  constexpr double kRounding_rad = 1e-4;
+  const Vertex& from = *ends_.previous;
+  const Target* target = path_.target();
+  const bool is_asked = target != nullptr && target->rapid && !progress_.away;
+  // What leaves from a place that is not known is followed by SafeWalk.
+  if (v.from_unknown || v.up || (is_asked && (!turns_in_place(v) || path_.hits(v, *target)))) return;
+  const SafeHeight& safe = judged_.machine.safe;
+  const auto z = judged_.machine.axis("Z");
+  const double quantum_mm = judged_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
+  if (z && safe.is_safe(from.q[*z], quantum_mm) && safe.is_safe(v.q[*z], quantum_mm)) return;
+  double turn_rad = 0.0;
+  for (AxisId id = 0; id < axis_words().count; ++id)
+    turn_rad = std::max(turn_rad, axis_words().of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
+  if (turn_rad <= kRounding_rad) return;
+  const Vec3 here_P = path_.here().axis_P;
+  const FollowLimits& limits = path_.limits();
+  // Words may make up for errors of the machine.
+  const double errors_rad = angle_between(v.axis_P, v.station.axis_P).rad();
+  const double slack_rad =
+      limits.axis_tolerance_rad + limits.pole_tolerance_rad + kRounding_rad + 2.0 * errors_rad;
+  const double between_rad = is_asked ? angle_between(here_P, target->axis_P).rad() : 0.0;
+  double farthest_rad = 0.0;
+  for (int i = 1; i <= kPlaces; ++i) {
+    const JointVector q = JointVector::interpolate(from.q, v.q, static_cast<double>(i) / kPlaces);
+    const Vec3 axis_P = path::station(meter().kinematics(), q).axis_P;
+    if (limits.in_cone(here_P) && limits.in_cone(axis_P)) continue;
+    double off_rad = angle_between(here_P, axis_P).rad();
+    if (is_asked) off_rad = std::max(off_rad, angle_between(target->axis_P, axis_P).rad());
+    farthest_rad = std::max(farthest_rad, off_rad);
+  }
+  if (farthest_rad <= between_rad + slack_rad ||
+      (is_asked && turns_towards(judged_.machine, from.q, v.q, *target)))
+    return;
+  program_judge_->find(CheckOf::rapids, v.nc_line, [&] {
+    return "a rotary axis turns below the safe height and the CL file does not ask for it: the tool axis "
+           "goes " +
+           fixed_text(farthest_rad * kDegreePerRad, 3) + " deg off it" +
+           (target != nullptr ? cl_line(target->line) : "");
+  });
 }
 
 bool MachineJudge::comes_nearer(const Vertex& v) {

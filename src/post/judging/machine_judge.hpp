@@ -207,6 +207,8 @@ class MachineJudge {
   bool turns_in_place(const Vertex& v) const;
   /// Points of a rapid may lie within reach of its end: it is met by the block that comes nearest.
   bool comes_nearer(const Vertex& v);
+  /// A rapid under tool-centre-point control: the part may not swing below the safe height.
+  void judge_swing(const Vertex& v);
   void settle_rapid_end();
   /// By which rounding of the words takes the tip off a point.
   double words_rounding_mm() const;
