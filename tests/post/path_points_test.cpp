@@ -90,18 +90,23 @@ TEST(PathPoints, StandInColumnsAsAlone) {
       PathPoints points;
       std::vector<Target> all;
       for (int piece = 0; piece < 60; ++piece) {
-        std::vector<cl::Motion> motions;
-        std::vector<ExpectedMotion> expected;
-        motions.reserve(70);
+        std::vector<path::ChoicePoint> expected;
+        std::vector<Vec3> programmed_P;
+        const bool step = random.up_to(1) == 0;
+        const bool is_tilted = random.up_to(1) == 0;
         for (std::size_t left = random.up_to(70); left > 0; --left) {
           const auto line = static_cast<std::uint32_t>(all.size());
-          const cl::Motion& motion = motions.emplace_back(random.next());
-          expected.push_back(
-              {motion.tip_P, motion.axis_P, motion.feed, motion.rapid, motion.step, SourceRef{line}});
+          cl::Motion motion = random.next();
+          motion.step = step;
+          expected.push_back({{motion.tip_P, motion.axis_P}, SourceRef{line}, motion.rapid});
+          if (is_tilted) {
+            programmed_P.push_back(motion.axis_P);
+            expected.back().pose.axis_P = Vec3::UnitX();
+          }
           const bool in_cone = std::abs(motion.axis_P.z()) >= limits.cone_cosine;
           all.push_back(target_of(motion, line, in_cone, all.empty() ? nullptr : &all.back()));
         }
-        points.add(expected, limits, 0.0);
+        points.add({expected, programmed_P, {}, step}, limits, 0.0);
         points.settle();
         if (points.empty()) continue;
         if (random.up_to(3) == 0) points.forget(random.up_to(points.size() - 1));

@@ -16,6 +16,7 @@
 #include "trunnion/machine/kinematics.hpp"
 #include "trunnion/nc/controller.hpp"
 #include "trunnion/path/pole.hpp"
+#include "trunnion/path/solution_choice.hpp"
 #include "trunnion/post/checks.hpp"
 #include "trunnion/post/path_text.hpp"
 #include "trunnion/post/tools.hpp"
@@ -246,15 +247,13 @@ struct VerifyReport : CutFigures, WordFigures, RunTimes {
   }
 };
 
-/// A straight motion of the CL file, as a program is held against it; the members are those of cl::Motion,
-/// and the vectors must outlive the call that it is handed to.
-struct ExpectedMotion {
-  const Vec3& tip_P;
-  const Vec3& axis_P;
+/// Straight motions of the CL file, as a program is held against them: one behind the other with nothing
+/// between them, in columns. The file says the same of all of them beside their points.
+struct ExpectedMotions {
+  std::span<const path::ChoicePoint> points;
+  std::span<const Vec3> axes_P;  // of the tool as programmed; empty: those of `points`
   cl::Feed feed;
-  bool rapid;
-  bool step;
-  SourceRef where;
+  bool step = false;  // cl::Motion::step
 };
 
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing
@@ -275,7 +274,7 @@ class Verifier {
   ~Verifier();
 
   /// The next motions of the CL file, with nothing between them.
-  void expect(std::span<const ExpectedMotion> motions);
+  void expect(const ExpectedMotions& motions);
   /// The next record of the CL file that is no motion, a tool change with its length register.
   void expect(const cl::Record& record);
   /// The CL file loads this tool, of this gauge length: before any text that loads it.

@@ -55,19 +55,23 @@ void Asked::take_shape(const cl::Shape& shape) {
   changed_ = true;
 }
 
-void Asked::take(std::span<const ExpectedMotion> motions) {
-  for (const ExpectedMotion& motion : motions) {
-    if (!motion.rapid && !(motion.feed == now_.feed)) {
-      now_.feed = motion.feed;
+void Asked::take(const ExpectedMotions& motions) {
+  const auto goes_on = [&] { return !changed_ && taps_left_ == 0 && motions.feed == now_.feed; };
+  std::size_t i = 0;
+  for (; i < motions.points.size() && !goes_on(); ++i) {
+    const path::ChoicePoint& point = motions.points[i];
+    if (!point.rapid && !(motions.feed == now_.feed)) {
+      now_.feed = motions.feed;
       changed_ = true;
     }
-    if (changed_) note(motion.where);
+    if (changed_) note(point.where);
     ++motions_;
     if (taps_left_ > 0 && --taps_left_ == 0) {
       now_.pitch_mm = 0.0;
       changed_ = true;
     }
   }
+  motions_ += motions.points.size() - i;
 }
 
 void Asked::take(const cl::Record& record) {

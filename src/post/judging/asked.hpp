@@ -45,7 +45,7 @@ class Asked {
   /// A record that is no motion; a tool change with register filled in.
   void take(const cl::Record& record);
   /// Motions with nothing between them.
-  void take(std::span<const ExpectedMotion> motions);
+  void take(const ExpectedMotions& motions);
 
   /// The state as it is now.
   const AskedState& now() const { return now_; }

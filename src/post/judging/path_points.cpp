@@ -20,20 +20,22 @@ void PathPoints::each_column(const F& f) {
   for (Column* column : {&way_mm, &turn, &along_mm, &passed_mm, &special}) f(*column);
 }
 
-void PathPoints::add(std::span<const ExpectedMotion> motions, const FollowLimits& limits, double flute_mm) {
-  if (motions.empty()) return;
+void PathPoints::add(const ExpectedMotions& motions, const FollowLimits& limits, double flute_mm) {
+  const std::size_t count = motions.points.size();
+  if (count == 0) return;
   longest_flute_mm_ = std::max(longest_flute_mm_, flute_mm);
-  while (kPage * pages_.size() < first_ + size_ + motions.size()) pages_.push_back(std::make_unique<Page>());
-  for (const ExpectedMotion& motion : motions) {
-    if (motion.rapid) end_cut();
+  while (kPage * pages_.size() < first_ + size_ + count) pages_.push_back(std::make_unique<Page>());
+  for (std::size_t i = 0; i < count; ++i) {
+    const path::ChoicePoint& point = motions.points[i];
+    if (point.rapid) end_cut();
     Target& target = at(size_++);
-    target.tip_P = motion.tip_P;
-    target.axis_P = motion.axis_P;
-    target.line = motion.where.line;
-    target.rapid = motion.rapid;
-    target.step = motion.step;
+    target.tip_P = point.pose.tip_P;
+    target.axis_P = motions.axes_P.empty() ? point.pose.axis_P : motions.axes_P[i];
+    target.line = point.where.line;
+    target.rapid = point.rapid;
+    target.step = motions.step;
     target.ends_cut = false;
-    target.in_cone = limits.in_cone(motion.axis_P);
+    target.in_cone = limits.in_cone(target.axis_P);
     target.flute_mm = flute_mm;
   }
 }

@@ -19,7 +19,7 @@ namespace trunnion::post {
 class PathPoints {
  public:
   /// As the next ones, without what they have to do with those before, and without rows.
-  void add(std::span<const ExpectedMotion> motions, const FollowLimits& limits, double flute_mm);
+  void add(const ExpectedMotions& motions, const FollowLimits& limits, double flute_mm);
   /// What was added last ends a cut (Target::ends_cut).
   void end_cut() {
     if (size_ > 0) at(size_ - 1).ends_cut = true;

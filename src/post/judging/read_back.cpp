@@ -39,7 +39,6 @@ ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSin
 }
 
 void ReadBack::expect(const Chunk& chunk, std::size_t first, std::size_t end) {
-  expected_.clear();
   if (first == end) return;
   InForce said(chunk.words, first);
   for (std::size_t next = first; next < end;) {
@@ -50,13 +49,11 @@ void ReadBack::expect(const Chunk& chunk, std::size_t first, std::size_t end) {
     if (words.part.ends_inside) continue;
     cl::Feed feed = words.feed;
     if (feed.mode == cl::FeedMode::inverse) feed.value *= words.part.share;
-    for (std::size_t i = begin; i < next; ++i) {
-      const path::ChoicePoint& point = chunk.points[i];
-      expected_.push_back(
-          {point.pose.tip_P, chunk.programmed_axis_P(i), feed, point.rapid, words.step, point.where});
-    }
+    const auto of = [&](const auto& column) { return std::span(column).subspan(begin, next - begin); };
+    const std::span<const Vec3> none;
+    verifier_->expect({of(chunk.points), chunk.programmed_axes_P.empty() ? none : of(chunk.programmed_axes_P),
+                       feed, words.step});
   }
-  verifier_->expect(expected_);
 }
 
 void ReadBack::expect(const Chunk& chunk) {

@@ -35,7 +35,6 @@ class ReadBack {
   const TextSink& sink_;
   Diagnostics diagnostics_;
   std::unique_ptr<Verifier> verifier_;
-  std::vector<ExpectedMotion> expected_;
   std::string unread_;  // the last text that went out
 };
 

@@ -45,12 +45,12 @@ void Verifier::judge_nominal_too() {
   parts_->replay.add(*parts_->nominal);
 }
 
-void Verifier::expect(std::span<const ExpectedMotion> motions) {
+void Verifier::expect(const ExpectedMotions& motions) {
   Parts& p = *parts_;
   p.points.add(motions, p.judge.path().limits(), p.flute.mm());
-  p.judge.expect_motions(motions.size());
+  p.judge.expect_motions(motions.points.size());
   p.judge.program_judge()->asked().take(motions);
-  if (p.nominal) p.nominal->expect_motions(motions.size());
+  if (p.nominal) p.nominal->expect_motions(motions.points.size());
 }
 
 void Verifier::expect(const cl::Record& record) {
@@ -139,9 +139,8 @@ Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetu
       if (auto done = expect_without_tool(options.tools, record.where, tools, cl_file, verifier); !done)
         return tl::unexpected(done.error());
     }
-    const ExpectedMotion expected{motion->tip_P, motion->axis_P, motion->feed,
-                                  motion->rapid, motion->step,   record.where};
-    verifier.expect({&expected, 1});
+    const path::ChoicePoint point{{motion->tip_P, motion->axis_P}, record.where, motion->rapid};
+    verifier.expect({{&point, 1}, {}, motion->feed, motion->step});
   }
   if (records->read_failure()) return tl::unexpected(*records->read_failure());
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
