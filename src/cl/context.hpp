@@ -103,6 +103,12 @@ struct Modal {
   /// The tool axis behind MULTAX/OFF: systems differ in it, and the file does not say which wrote it.
   bool axis_unsure = false;
   Feed feed;
+  /// SPINDL: the sense that holds where a statement says none.
+  struct {
+    bool counterclockwise = false;
+    bool of_tool_before = false;  // another tool was loaded since it was said
+  } spindle;
+  Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
   bool rapid_next = false;
   std::optional<From> home;  // FROM
 

@@ -1,5 +1,9 @@
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -135,15 +139,58 @@ void read_fedrat(Context& context, const Statement& statement) {
 }
 
 // Value, unit and way in any order: SPINDL/RPM,800,CLW  SPINDL/500,SFM,CCLW  SPINDL/ON  SPINDL/OFF.
+// What one word of SPINDL says.
+enum class SpindleWord : std::uint8_t { speed, clockwise, counterclockwise, off, other };
+
+std::optional<SpindleWord> spindle_word(std::string_view text) {
+  static constexpr std::pair<std::string_view, SpindleWord> kWords[] = {
+      {"RPM", SpindleWord::speed},
+      {"CLW", SpindleWord::clockwise},
+      {"CW", SpindleWord::clockwise},
+      {"CCLW", SpindleWord::counterclockwise},
+      {"CCW", SpindleWord::counterclockwise},
+      {"OFF", SpindleWord::off},
+      {"LOCK", SpindleWord::off},
+      {"NEUTRL", SpindleWord::off},
+      {"STOP", SpindleWord::off},
+      {"ON", SpindleWord::other},
+  };
+  for (const auto& [word, meaning] : kWords) {
+    if (word == text) return meaning;
+  }
+  return std::nullopt;
+}
+
+// Where SPINDL/5000 says no sense the one that was said last holds (so APT has it). It was said for another
+// tool where one was loaded since: to turn that one to the left by itself may be wrong, and so may be not to.
+bool take_sense(Context& context, const Statement& statement, std::optional<bool> counterclockwise,
+                Spindle& spindle) {
+  auto& last = context.modal.spindle;
+  if (counterclockwise) {
+    last = {*counterclockwise, false};
+  } else if (last.counterclockwise && last.of_tool_before && spindle.state == Spindle::State::on) {
+    context.error(statement.where,
+                  "SPINDL says neither CLW nor CCLW, and the tool before turned counterclockwise: say which "
+                  "way this one turns");
+    return false;
+  }
+  spindle.counterclockwise = last.counterclockwise;
+  return true;
+}
+
 void read_spindl(Context& context, const Statement& statement) {
   // hyperMILL names the spindle that works: a mill has one.
   if (statement.fields.size() == 1 && statement.fields[0].text == "MAIN") return;
   Spindle spindle;
   double surface_factor = 0.0;
   std::optional<double> value;
+  std::optional<bool> counterclockwise;
+  const Field* unknown = nullptr;
+  bool says = statement.fields.empty();
   for (std::size_t i = 0; i < statement.fields.size(); ++i) {
     const Field& field = statement.fields[i];
     const std::string_view text = field.text;
+    if (text.empty()) continue;
     if (starts_number(text)) {
       const auto number = context.number(statement, i);
       if (!number) return;
@@ -158,16 +205,27 @@ void read_spindl(Context& context, const Statement& statement) {
       surface_factor = kMmPerFoot / kSecondsPerMinute;
     } else if (text == "SMM") {
       surface_factor = 1000.0 / kSecondsPerMinute;  // m/min
-    } else if (text == "CCLW") {
-      spindle.counterclockwise = true;
-    } else if (text == "OFF") {
-      spindle.state = Spindle::State::off;
     } else if (text == "ORIENT") {
       spindle.state = Spindle::State::orient;
-    } else if (text != "RPM" && text != "CLW" && text != "ON" && !text.empty()) {
+    } else if (const auto word = spindle_word(text)) {
+      if (*word == SpindleWord::off) spindle.state = Spindle::State::off;
+      if (*word == SpindleWord::clockwise) counterclockwise = false;
+      if (*word == SpindleWord::counterclockwise) counterclockwise = true;
+    } else {
+      // A number behind it is its own (RANGE,2).
+      if (i + 1 < statement.fields.size() && starts_number(statement.fields[i + 1].text)) ++i;
+      if (unknown == nullptr) unknown = &field;
       context.warning_once("SPINDL/" + std::string(text), field.where,
-                           "SPINDL: " + std::string(text.substr(0, 40)) + " is not known and was skipped");
+                           "SPINDL: " + std::string(text.substr(0, 40)) +
+                               " is not known and was skipped, with a number behind it");
+      continue;
     }
+    says = true;
+  }
+  if (!says && unknown != nullptr) {
+    return context.error(unknown->where, "SPINDL/" + std::string(unknown->text.substr(0, 40)) +
+                                             " is not known, and the statement says nothing else: whether "
+                                             "the spindle turns is not clear");
   }
   if (value && spindle.state != Spindle::State::orient) {
     if (surface_factor > 0.0) {
@@ -181,6 +239,7 @@ void read_spindl(Context& context, const Statement& statement) {
       spindle.speed_rpm = *value;
     }
   }
+  if (!take_sense(context, statement, counterclockwise, spindle)) return;
   context.emit(statement.where, spindle);
 }
 
@@ -189,11 +248,14 @@ void read_coolnt(Context& context, const Statement& statement) {
     std::string_view word;
     Coolant::Kind kind;
   };
-  static constexpr Word kKinds[] = {
-      {"ON", Coolant::Kind::on},        {"OFF", Coolant::Kind::off},         {"FLOOD", Coolant::Kind::flood},
-      {"MIST", Coolant::Kind::mist},    {"TAP", Coolant::Kind::tap},         {"TAPKUL", Coolant::Kind::tap},
-      {"THRU", Coolant::Kind::through}, {"THROUGH", Coolant::Kind::through}, {"AIR", Coolant::Kind::air}};
+  static constexpr Word kKinds[] = {{"ON", Coolant::Kind::on},        {"OFF", Coolant::Kind::off},
+                                    {"FLOOD", Coolant::Kind::flood},  {"MIST", Coolant::Kind::mist},
+                                    {"TAP", Coolant::Kind::tap},      {"TAPKUL", Coolant::Kind::tap},
+                                    {"THRU", Coolant::Kind::through}, {"THROUGH", Coolant::Kind::through},
+                                    {"AIR", Coolant::Kind::air},      {"NOMORE", Coolant::Kind::off}};
   Coolant coolant;
+  bool says = statement.fields.empty();
+  bool is_unknown = false;
   for (const Field& field : statement.fields) {
     if (starts_number(field.text) || field.text.empty()) continue;  // pressure
     const Word* found = nullptr;
@@ -201,13 +263,19 @@ void read_coolnt(Context& context, const Statement& statement) {
       if (known.word == field.text) found = &known;
     }
     if (found == nullptr) {
+      is_unknown = true;
       context.warning_once(
           "COOLNT/" + std::string(field.text), field.where,
           "COOLNT: " + std::string(field.text.substr(0, 40)) + " is not known and was skipped");
       continue;
     }
+    says = true;
     if (found->kind != Coolant::Kind::on) coolant.kind = found->kind;  // COOLNT/FLOOD,ON
   }
+  if (!says && is_unknown) return;
+  // COOLNT/ON behind COOLNT/OFF brings back what ran before.
+  if (coolant.kind == Coolant::Kind::on) coolant.kind = context.modal.coolant;
+  if (coolant.kind != Coolant::Kind::off) context.modal.coolant = coolant.kind;
   context.emit(statement.where, coolant);
 }
 

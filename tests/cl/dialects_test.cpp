@@ -23,7 +23,8 @@ TEST(Nci, FiveAxisMotionsAreTipAndSecondPoint) {
       "11\n1. 2. 3. 1. 2. 103. -2. 0 0\n11\n1. 2. 0. 61. 2. 80. 600. 0 0\n11\n2. 2. 0. 62. 2. 80. -1. 0 "
       "0\n1003\n0\n",
       nci());
-  ASSERT_EQ(joined(reading.findings), "");
+  ASSERT_EQ(joined(reading.findings),
+            "6:28: warning: the coolant 1 of this tool is not acted on: the program switches none on\n");
   const auto motions = reading.motions();
   ASSERT_EQ(motions.size(), 3U);
   EXPECT_TRUE(motions[0].rapid);

@@ -4,6 +4,8 @@
 #include <limits>
 #include <string>
 
+#include "trunnion/base/number_text.hpp"
+
 #include "cl/support.hpp"
 
 namespace trunnion::cl {
@@ -304,6 +306,49 @@ TEST(Reader, SpindleInAnyOrder) {
   EXPECT_EQ(surface.at(1).state, Spindle::State::off);
   EXPECT_EQ(surface.at(2).state, Spindle::State::on);
   EXPECT_FALSE(surface.at(2).speed_rpm);
+}
+
+// The sense that was said last holds where none is said, but not for another tool where it was to the left.
+TEST(Reader, TheSenseOfTheSpindleHolds) {
+  const auto senses = [](const std::string& text) {
+    std::string out;
+    const auto reading = read(text + "GOTO/0,0,0\n");
+    for (const Spindle& s : reading.all<Spindle>())
+      out += s.state == Spindle::State::off ? '0' : s.counterclockwise ? 'L' : 'R';
+    return out + joined(reading.findings);
+  };
+  EXPECT_EQ(senses("SPINDL/8000,CCLW\nSPINDL/OFF\nSPINDL/ON\nSPINDL/5000\nSPINDL/4000,CLW\nSPINDL/ON\n"),
+            "L0LLRR");
+  EXPECT_EQ(senses("SPINDL/8000,RPM,CCW\nSPINDL/RPM,900,CW\n"), "LR");
+  EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000\nLOADTL/2\nSPINDL/5000\nLOADTL/3\nSPINDL/CCLW,700\n"), "RRL");
+  const std::string open =
+      "error: SPINDL says neither CLW nor CCLW, and the tool before turned counterclockwise: say which way "
+      "this one turns\n";
+  EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000,CCLW\nLOADTL/2\nSPINDL/OFF\nSPINDL/5000\n"), "L05:1: " + open);
+  EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000,CCLW\nLOADTL/2\nSPINDL/CLW\nSPINDL/5000\n"), "LRR");
+}
+
+TEST(Reader, AWordThatIsSkippedStartsNothing) {
+  const auto said = [](const std::string& text) {
+    const auto reading = read(text + "\nGOTO/0,0,0\n");
+    std::string out;
+    for (const Spindle& s : reading.all<Spindle>())
+      out += s.state == Spindle::State::off ? "off " : shortest_text(s.speed_rpm.value_or(0.0)) + ' ';
+    for (const Coolant& c : reading.all<Coolant>()) out += std::to_string(static_cast<int>(c.kind)) + ' ';
+    return out + joined(reading.findings);
+  };
+  for (const std::string word : {"LOCK", "NEUTRL", "STOP", "OFF"}) EXPECT_EQ(said("SPINDL/" + word), "off ");
+  EXPECT_EQ(said("SPINDL/RANGE,2,RPM,8000,CLW"),
+            "8000 1:8: warning: SPINDL: RANGE is not known and was skipped, with a number behind it\n");
+  EXPECT_EQ(said("SPINDL/GEAR,2"),
+            "1:8: warning: SPINDL: GEAR is not known and was skipped, with a number behind it\n"
+            "1:8: error: SPINDL/GEAR is not known, and the statement says nothing else: whether the spindle "
+            "turns is not clear\n");
+  const std::string flood = std::to_string(static_cast<int>(Coolant::Kind::flood)) + ' ';
+  const std::string through = std::to_string(static_cast<int>(Coolant::Kind::through)) + ' ';
+  EXPECT_EQ(said("COOLNT/FLOOD\nCOOLNT/NOMORE"), flood + "0 ");
+  EXPECT_EQ(said("COOLNT/THRU\nCOOLNT/OFF\nCOOLNT/ON"), through + "0 " + through);
+  EXPECT_EQ(said("COOLNT/CRYO"), "1:8: warning: COOLNT: CRYO is not known and was skipped\n");
 }
 
 TEST(Reader, TheGaugeLengthOfAToolIsThatOfTheWord) {

@@ -212,6 +212,17 @@ void NciReader::read_tool(Context& context, std::uint64_t code, const Statement&
   if (!tool || !length_register || !speed) return;
   if (code != 1000)
     context.emit(statement.where, ToolChange{*tool, *length_register});  // 1000: the tool stays
+  constexpr std::size_t kCoolant = 9;
+  if (statement.fields.size() > kCoolant) {
+    const auto coolant = context.number(statement, kCoolant);
+    if (!coolant) return;
+    // What its values mean differs between versions.
+    if (*coolant != 0.0) {
+      context.warning_once("NCI coolant", statement.fields[kCoolant].where,
+                           "the coolant " + shortest_text(*coolant) +
+                               " of this tool is not acted on: the program switches none on");
+    }
+  }
   Spindle spindle;
   spindle.state = *speed == 0.0 ? Spindle::State::off : Spindle::State::on;
   if (*speed != 0.0) spindle.speed_rpm = std::abs(*speed);
