@@ -28,6 +28,11 @@ struct ModalState {
         kind == CoolantKind::off ? 0U : coolant.value_or(0U) | (1U << static_cast<unsigned>(kind)));
     return std::exchange(coolant, now) != now;
   }
+  /// It ended the spindle and the coolant: what is said of them behind it is said.
+  void stop() {
+    spindle.reset();
+    coolant.reset();
+  }
   /// `replaces_length`: it takes the place of length compensation.
   bool switch_tcp(bool on, std::int64_t offset, bool replaces_length) {
     if (tcp_known && on == tcp && offset == tcp_offset) return false;

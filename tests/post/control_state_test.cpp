@@ -108,6 +108,40 @@ TEST(ControlState, CoolantIsSaidAgainAfterAToolChange) {
   EXPECT_THAT(p.without(p.line("M8", p.line("T2 M6"))), HasSubstr("the coolant is not said again"));
 }
 
+TEST(ControlState, SpindleAndCoolantAreSaidAgainBehindAStopThatEndsThem) {
+  for (const char* control : {"fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640", "iso"}) {
+    const Program p(kPath, control);
+    const bool is_klartext = std::string_view(control) == "heidenhain_tnc640";
+    const std::size_t stop = p.line(is_klartext ? " M1" : "M1", p.line("M8"));
+    const std::size_t spindle = p.line("M3", stop);
+    const std::size_t coolant = p.line("M8", stop);
+    EXPECT_LE(std::max(spindle, coolant), stop + (is_klartext ? 3 : 2)) << control;
+    EXPECT_THAT(p.without(spindle), is_klartext
+                                        ? HasSubstr("is not followed by the other lines")
+                                        : HasSubstr("the spindle is off, the CL file asks for 4000 rpm"))
+        << control;
+    EXPECT_THAT(p.without(coolant), HasSubstr("coolant")) << control;
+  }
+  const Program goes_on(kPath, "linuxcnc");
+  EXPECT_THAT(goes_on.lines()[goes_on.line("M1", goes_on.line("M8")) + 1], HasSubstr("G0 Z"));
+}
+
+// A new speed takes a TOOL CALL, which this control does not take under its tool-centre-point control.
+TEST(ControlState, ASpeedThatEndsToolCentrePointControlIsSaidOutsideOfThePart) {
+  post::PostOptions options;
+  options.rtcp = true;
+  const char* const path =
+      "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nFEDRAT/800.,MMPM\nRAPID\nGOTO/20,0,60,0.5,0,0.8660254\n"
+      "GOTO/20,0,30,0.5,0,0.8660254\nSPINDL/5000,RPM,CLW\nGOTO/30,0,30,0.5,0.,0.8660254\n"
+      "SPINDL/5000,RPM,CLW\nGOTO/30,9,30,0.5,0.,0.8660254\nFINI\n";
+  const Program tnc(path, "heidenhain_tnc640", options);
+  const std::size_t speed = tnc.line("S5000");
+  EXPECT_THAT(tnc.lines()[speed - 2] + tnc.lines()[speed - 1], HasSubstr("M91"));
+  EXPECT_EQ(tnc.line("M129"), speed - 2);
+  const Program fanuc(path, "fanuc_30i", options);
+  EXPECT_THAT(fanuc.lines()[fanuc.line("S5000") - 1], HasSubstr("Z30."));
+}
+
 TEST(ControlState, AToolIsChangedAtTheSafeHeightFromTheFirstOneOn) {
   const Program p(kPath, "linuxcnc");
   EXPECT_THAT(p.without(p.line("G53 G0 Z")), HasSubstr("the tool is changed below the safe height"));

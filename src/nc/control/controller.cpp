@@ -215,6 +215,7 @@ void read_program(Section& root, Controller& c) {
     read_template(s, "clockwise", {P::rpm}, c.spindle_clockwise);
     read_template(s, "counterclockwise", {P::rpm}, c.spindle_counterclockwise);
     read_template(s, "off", {}, c.spindle_off);
+    read_into(s, "speed_not_under_tcp", c.speed_not_under_tcp);
   });
   in_section(root, "coolant", [&](Section& s) {
     static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
@@ -227,6 +228,7 @@ void read_program(Section& root, Controller& c) {
   in_section(root, "stop", [&](Section& s) {
     read_template(s, "program", {}, c.stop);
     read_template(s, "optional", {}, c.optional_stop);
+    read_into(s, "ends_spindle_and_coolant", c.stop_ends_spindle);
   });
   in_section(root, "retract", [&](Section& s) {
     read_into(s, "ends_length", c.retract_ends_length);

@@ -22,6 +22,12 @@ void Told::take(const nc::Block& block) {
     spindle_ = *spindle;
     spindle_is_open_ = false;
   }
+  // Whether an optional one is taken is for the operator to say: what it may end has to be said again.
+  if (std::holds_alternative<nc::Stop>(block) && controller_.stop_ends_spindle) {
+    spindle_ = {};
+    spindle_is_open_ = false;
+    coolant_ = 0U;
+  }
   if (const auto* hole = std::get_if<nc::Hole>(&block)) {
     thread_.reset();
     if (hole->kind == nc::Hole::Kind::tap) thread_ = hole->thread;

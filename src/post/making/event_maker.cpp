@@ -68,9 +68,14 @@ Result<void> EventMaker::take_spindle(const cl::Spindle& spindle, SourceRef wher
   if (stops) {
     if (auto r = safe_way_.pause_above(where); !r) return r;
   }
+  const nc::Spindle before = work_.spindle.spindle();
   const auto asked = work_.spindle.ask(spindle, where);
   if (!asked) return tl::unexpected(asked.error());
   if (!*asked) return {};
+  if (work_.posting.options.rtcp && work_.posting.controller.speed_not_under_tcp && !work_.at.approaches &&
+      !(**asked == before)) {
+    if (auto r = safe_way_.pause_above(where); !r) return r;
+  }
   work_.errors.state.spindle(stops ? 0.0 : work_.spindle.rpm());
   return stops || work_.spindle.go_on_at_once(work_.at.known) ? work_.posting.write(**asked) : Result<void>{};
 }
@@ -84,10 +89,22 @@ Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
 
 Result<void> EventMaker::take_stop(const cl::Stop& stop, SourceRef where) {
   if (auto r = safe_way_.pause_above(where); !r) return r;
+  if (work_.posting.controller.stop_ends_spindle) work_.spindle.stopped();
   return work_.posting.write(nc::Stop{stop.optional});
 }
 
 Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef where) {
+  const auto refuse = [&](const std::string& why) {
+    return fail(ErrorCode::wrong_input, why, work_.posting.job.cl_file, where);
+  };
+  if (t.number == 0)
+    return refuse(
+        "tool 0: a control takes it for no tool, without a length; number the tool where the CL file is "
+        "made");
+  const bool adds = work_.posting.machine.output_point == OutputPoint::tip;
+  if (adds && !work_.posting.controller.length.automatic && *t.length_register == 0)
+    return refuse("length register 0 of tool " + std::to_string(t.number) +
+                  ": a control adds no length with it; give the register of the tool's length");
   if (auto r = safe_way_.retract(where); !r) return r;
   work_.at.up = false;  // the control may move any axis for it
   work_.at.returns = false;
@@ -106,7 +123,6 @@ Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef whe
   if (work_.posting.options.rtcp && work_.posting.controller.tcp.replaces_length) return {};
   if (work_.posting.controller.length.automatic) return {};
   // Where the words are those of S the control must not add a length, and some do with the tool change.
-  const bool adds = work_.posting.machine.output_point == OutputPoint::tip;
   return work_.posting.write(nc::LengthCompensation{adds ? call.length_offset : 0});
 }
 

@@ -22,17 +22,24 @@ bool has(const Fields& fields, std::string_view word) {
   return std::find(fields.begin(), fields.end(), word) != fields.end();
 }
 
-// "AAXIS" and such; the number of a rotary axis counts from the bed.
-std::optional<AxisId> axis_of_word(const Machine& machine, const std::string& word) {
-  if (word.size() != 5 || word.compare(1, 4, "AXIS") != 0) return std::nullopt;
-  return machine.axis(word.substr(0, 1));
+// "AAXIS" and such.
+bool names_axis(const std::string& word) {
+  return word.size() == 5 && word.compare(1, 4, "AXIS") == 0;
 }
 
+std::optional<AxisId> axis_of_word(const Machine& machine, const std::string& word) {
+  return names_axis(word) ? machine.axis(word.substr(0, 1)) : std::nullopt;
+}
+
+// The number of a rotary axis counts from the bed. Nothing where the machine has no such axis.
 std::optional<AxisId> rotary_axis(const Machine& machine, const Fields& fields) {
   const auto rotary = machine.rotary_axes();
   if (rotary.empty()) return std::nullopt;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    if (const auto id = axis_of_word(machine, fields[i])) return id;
+    if (names_axis(fields[i])) {
+      const auto id = axis_of_word(machine, fields[i]);
+      return id && machine.axes[*id].kind == AxisKind::rotary ? id : std::nullopt;
+    }
     if (fields[i] != "AXIS") continue;
     const auto number = number_in(fields, i + 1);
     if (number && *number >= 1.0 && *number <= static_cast<double>(rotary.size()))
@@ -119,7 +126,7 @@ std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& 
   const auto known = [](const std::string& text) {
     constexpr std::array<std::string_view, 10> kWords = {"AXIS", "ATANGL", "CLW",  "CCLW",  "INCR",
                                                          "NOW",  "NEXT",   "SAME", "TABLE", ""};
-    return parse_number(text) || (text.size() == 5 && text.compare(1, 4, "AXIS") == 0) ||
+    return parse_number(text) || names_axis(text) ||
            std::find(kWords.begin(), kWords.end(), text) != kWords.end();
   };
   if (!id || !degrees || !std::all_of(f.begin(), f.end(), known)) return std::nullopt;

@@ -19,6 +19,7 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
   is_said_ = true;
   if (s.state == cl::Spindle::State::off) {
     spindle_ = {};
+    is_said_ = false;
     return spindle_;
   }
   if (s.state == cl::Spindle::State::orient) return leave_out("orient", "SPINDL/ORIENT is not acted on");

@@ -28,7 +28,10 @@ class SpindleAndCoolant {
   bool go_on_at_once(bool tool_has_moved) const { return tool_called_ || tool_has_moved; }
   /// A tool change stops both; what was asked for holds for the next tool.
   void tool_called();
-  /// Before a cut: warns where the CL file has said nothing of the spindle since the tool was loaded.
+  /// A stop of the program has ended both: they are said again before anything moves.
+  void stopped() { resumes_ = true; }
+  /// Before a cut: warns where the CL file has said nothing of the spindle since the tool was loaded, or has
+  /// switched it off.
   void warn_before_cut(SourceRef where);
   /// Before the next motion: what was asked for, where a tool change has ended it or none was said yet.
   Result<void> resume();
