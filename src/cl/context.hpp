@@ -90,6 +90,10 @@ struct CatiaMatrix {
   std::size_t count = 0;
   std::array<double, 12> values{};
 };
+struct CatiaSystem {
+  CatiaMatrix matrix;
+  std::optional<std::array<double, 12>> first;  // of the file
+};
 
 /// What earlier words of the file left behind. Coordinates here are those of the file's own system A (mm),
 /// not of P.
@@ -103,12 +107,12 @@ struct Modal {
   /// The tool axis behind MULTAX/OFF: systems differ in it, and the file does not say which wrote it.
   bool axis_unsure = false;
   Feed feed;
-  /// SPINDL: the sense that holds where a statement says none.
-  struct {
+  /// What holds where SPINDL and COOLNT do not say it.
+  struct SaidBefore {
     bool counterclockwise = false;
-    bool of_tool_before = false;  // another tool was loaded since it was said
-  } spindle;
-  Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
+    bool of_tool_before = false;                // another tool was loaded since the sense was said
+    Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
+  } said;
   bool rapid_next = false;
   std::optional<From> home;  // FROM
 
@@ -131,8 +135,7 @@ struct Modal {
   std::optional<Vec3> tilted_csys_axis;
   std::optional<std::uint32_t> work_offset;  // ZERO
 
-  CatiaMatrix catia_matrix;
-  std::optional<std::array<double, 12>> catia_system;
+  CatiaSystem catia;
   std::optional<Vec3> start_direction_A;  // INDIRV
 
   /// Words that SYN has renamed.

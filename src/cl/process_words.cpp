@@ -165,9 +165,10 @@ std::optional<SpindleWord> spindle_word(std::string_view text) {
 // tool where one was loaded since: to turn that one to the left by itself may be wrong, and so may be not to.
 bool take_sense(Context& context, const Statement& statement, std::optional<bool> counterclockwise,
                 Spindle& spindle) {
-  auto& last = context.modal.spindle;
+  auto& last = context.modal.said;
   if (counterclockwise) {
-    last = {*counterclockwise, false};
+    last.counterclockwise = *counterclockwise;
+    last.of_tool_before = false;
   } else if (last.counterclockwise && last.of_tool_before && spindle.state == Spindle::State::on) {
     context.error(statement.where,
                   "SPINDL says neither CLW nor CCLW, and the tool before turned counterclockwise: say which "
@@ -274,8 +275,8 @@ void read_coolnt(Context& context, const Statement& statement) {
   }
   if (!says && is_unknown) return;
   // COOLNT/ON behind COOLNT/OFF brings back what ran before.
-  if (coolant.kind == Coolant::Kind::on) coolant.kind = context.modal.coolant;
-  if (coolant.kind != Coolant::Kind::off) context.modal.coolant = coolant.kind;
+  if (coolant.kind == Coolant::Kind::on) coolant.kind = context.modal.said.coolant;
+  if (coolant.kind != Coolant::Kind::off) context.modal.said.coolant = coolant.kind;
   context.emit(statement.where, coolant);
 }
 

@@ -37,17 +37,17 @@ std::optional<std::vector<double>> numbers_of(std::string_view text) {
 
 void take_matrix(Context& context) {
   Modal& modal = context.modal;
-  const std::array<double, 12> m = modal.catia_matrix.values;
-  const SourceRef where = modal.catia_matrix.where;
-  modal.catia_matrix = {};
+  const std::array<double, 12> m = modal.catia.matrix.values;
+  const SourceRef where = modal.catia.matrix.where;
+  modal.catia.matrix = {};
   if (context.options().frames == ReaderOptions::Frames::ignore) return;
-  if (!modal.catia_system) {
-    modal.catia_system = m;
+  if (!modal.catia.first) {
+    modal.catia.first = m;
     return;
   }
   for (std::size_t i = 0; i < m.size(); ++i) {
     const bool length = i % 4 == 3;
-    if (std::abs(m[i] - (*modal.catia_system)[i]) > (length ? kSameCatiaPoint_mm : kAcross)) {
+    if (std::abs(m[i] - (*modal.catia.first)[i]) > (length ? kSameCatiaPoint_mm : kAcross)) {
       return context.error(where,
                            "$$*CATIA0: a second machining axis system changes the geometry and is not "
                            "understood by this program");
@@ -149,7 +149,7 @@ std::span<const WordReading> catia_words() {
 // its axis system there.
 void read_comment(Context& context, const Statement& statement) {
   constexpr std::string_view kName = "OPERATION NAME :";
-  CatiaMatrix& matrix = context.modal.catia_matrix;
+  CatiaMatrix& matrix = context.modal.catia.matrix;
   const std::string_view text = statement.text;
   if (text.find("CATIA") != std::string_view::npos) context.modal.origin.catia = true;
   if (matrix.lines > 0) {
