@@ -215,7 +215,7 @@ class RandomProgram {
 
   void stop() {
     const bool optional = integer(0, 1) == 1;
-    if (!(optional ? c_.optional_stop : c_.stop).empty()) blocks_.push_back(nc::Stop{optional});
+    if (!(optional ? c_.stops.optional : c_.stops.program).empty()) blocks_.push_back(nc::Stop{optional});
   }
 
   bool xyz_known() const { return (known_.mask & nc::kXyz) == nc::kXyz; }

@@ -179,16 +179,18 @@ struct Controller {
   double tool_change_s = 0.0;  // that a change takes: for what follows the time (thermal effects)
   Template spindle_clockwise, spindle_counterclockwise, spindle_off;  // {rpm}
   bool speed_not_under_tcp = false;  // a new speed ends tool-centre-point control: the tool leaves the part
-  std::array<Template, 5> coolant;                                    // by CoolantKind
-  Template dwell;                                                     // {seconds} or {milliseconds}
+  std::array<Template, 5> coolant;   // by CoolantKind
+  Template dwell;                    // {seconds} or {milliseconds}
   int dwell_decimals = 3;
   struct Clamp {
     std::uint16_t axes = 0;  // bits of AxisWords: rotary axes that these words clamp and free together
     Template on, off;
   };
   std::vector<Clamp> clamps;  // none: the control clamps by itself, or never
-  Template stop, optional_stop;
-  bool stop_ends_spindle = false;  // and the coolant, as ISO 6983-1 has M00 and M01; else both go on
+  struct Stops {
+    Template program, optional;
+    bool end_spindle = false;  // and the coolant, as ISO 6983-1 has M00 and M01; else both go on
+  } stops;
   std::vector<Template> work_offsets;  // 1, 2, ...
   struct Shift {
     Template set;  // {index} {x} {y} {z}: the new value of a work offset

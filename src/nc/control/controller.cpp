@@ -226,9 +226,9 @@ void read_program(Section& root, Controller& c) {
     read_integer(s, "decimals", c.dwell_decimals, 0, 3);
   });
   in_section(root, "stop", [&](Section& s) {
-    read_template(s, "program", {}, c.stop);
-    read_template(s, "optional", {}, c.optional_stop);
-    read_into(s, "ends_spindle_and_coolant", c.stop_ends_spindle);
+    read_template(s, "program", {}, c.stops.program);
+    read_template(s, "optional", {}, c.stops.optional);
+    read_into(s, "ends_spindle_and_coolant", c.stops.end_spindle);
   });
   in_section(root, "retract", [&](Section& s) {
     read_into(s, "ends_length", c.retract_ends_length);

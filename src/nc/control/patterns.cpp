@@ -410,8 +410,8 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   for (const AxisLetter letter : kAllAxisLetters) {
     compiler.add_retract(c.retract[index(letter)], letter);
   }
-  compiler.add(c.stop, {EventKind::stop, 0}, "[stop] program");
-  compiler.add(c.optional_stop, {EventKind::stop, 1}, "[stop] optional");
+  compiler.add(c.stops.program, {EventKind::stop, 0}, "[stop] program");
+  compiler.add(c.stops.optional, {EventKind::stop, 1}, "[stop] optional");
   compiler.add_silent(c.run_time.begin, "[run_time] begin");
   compiler.add_silent(c.program.setup, "[program] setup");
   compiler.add_silent(c.silent, kReadSilent);

@@ -107,7 +107,7 @@ void EventReader::run(const FoundEvent& found) {
     case EventKind::retract:
       return run_retract(found);
     case EventKind::stop:
-      if (s_.c.stop_ends_spindle) s_.modal.stop();
+      if (s_.c.stops.end_spindle) s_.modal.stop();
       return s_.emit(Stop{found.event.argument == 1});
     default:
       return;

@@ -410,8 +410,8 @@ Result<void> BlockWriter::write(const TiltedPlane& b) {
 }
 
 Result<void> BlockWriter::write(const Stop& b) {
-  if (s_.c.stop_ends_spindle) s_.modal.stop();
-  return s_.put_words(b.optional ? s_.c.optional_stop : s_.c.stop, {},
+  if (s_.c.stops.end_spindle) s_.modal.stop();
+  return s_.put_words(b.optional ? s_.c.stops.optional : s_.c.stops.program, {},
                       b.optional ? "an optional stop" : "a stop",
                       b.optional ? "[stop] optional" : "[stop] program");
 }

@@ -23,7 +23,7 @@ void Told::take(const nc::Block& block) {
     spindle_is_open_ = false;
   }
   // Whether an optional one is taken is for the operator to say: what it may end has to be said again.
-  if (std::holds_alternative<nc::Stop>(block) && controller_.stop_ends_spindle) {
+  if (std::holds_alternative<nc::Stop>(block) && controller_.stops.end_spindle) {
     spindle_ = {};
     spindle_is_open_ = false;
     coolant_ = 0U;

@@ -89,7 +89,7 @@ Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
 
 Result<void> EventMaker::take_stop(const cl::Stop& stop, SourceRef where) {
   if (auto r = safe_way_.pause_above(where); !r) return r;
-  if (work_.posting.controller.stop_ends_spindle) work_.spindle.stopped();
+  if (work_.posting.controller.stops.end_spindle) work_.spindle.stopped();
   return work_.posting.write(nc::Stop{stop.optional});
 }
 
