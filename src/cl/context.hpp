@@ -110,7 +110,8 @@ struct Modal {
   /// What holds where SPINDL and COOLNT do not say it.
   struct SaidBefore {
     bool counterclockwise = false;
-    bool of_tool_before = false;                // another tool was loaded since the sense was said
+    std::uint32_t tool = 0;                     // that is loaded
+    std::uint32_t of_tool = 0;                  // for which the sense was said
     Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
   } said;
   bool rapid_next = false;

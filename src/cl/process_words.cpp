@@ -168,8 +168,8 @@ bool take_sense(Context& context, const Statement& statement, std::optional<bool
   auto& last = context.modal.said;
   if (counterclockwise) {
     last.counterclockwise = *counterclockwise;
-    last.of_tool_before = false;
-  } else if (last.counterclockwise && last.of_tool_before && spindle.state == Spindle::State::on) {
+    last.of_tool = last.tool;
+  } else if (last.counterclockwise && last.of_tool != last.tool && spindle.state == Spindle::State::on) {
     context.error(statement.where,
                   "SPINDL says neither CLW nor CCLW, and the tool before turned counterclockwise: say which "
                   "way this one turns");

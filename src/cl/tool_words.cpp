@@ -26,7 +26,7 @@ bool is_plain(const Statement& statement, std::size_t first) {
 void read_tool_number(Context& context, const Statement& statement, std::size_t first) {
   const auto number = context.whole(statement, first);
   if (!number) return;
-  context.modal.said.of_tool_before = true;
+  context.modal.said.tool = *number;
   ToolChange change{*number, std::nullopt, std::nullopt};
   if (statement.fields.size() == first + 4 && is_plain(statement, first + 1)) {
     // LOADTL/tool,position,length,register (ISO 4343 as Fusion and HSMWorks write it). Their length is that

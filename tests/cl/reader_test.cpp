@@ -326,6 +326,7 @@ TEST(Reader, TheSenseOfTheSpindleHolds) {
       "this one turns\n";
   EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000,CCLW\nLOADTL/2\nSPINDL/OFF\nSPINDL/5000\n"), "L05:1: " + open);
   EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000,CCLW\nLOADTL/2\nSPINDL/CLW\nSPINDL/5000\n"), "LRR");
+  EXPECT_EQ(senses("LOADTL/1\nSPINDL/8000,CCLW\nLOADTL/1\nSPINDL/5000\n"), "LL");
 }
 
 TEST(Reader, AWordThatIsSkippedStartsNothing) {

@@ -29,7 +29,10 @@ class SpindleAndCoolant {
   /// A tool change stops both; what was asked for holds for the next tool.
   void tool_called();
   /// A stop of the program has ended both: they are said again before anything moves.
-  void stopped() { resumes_ = true; }
+  void stopped() {
+    tapped_ = false;
+    resumes_ = true;
+  }
   /// Before a cut: warns where the CL file has said nothing of the spindle since the tool was loaded, or has
   /// switched it off.
   void warn_before_cut(SourceRef where);
