@@ -126,6 +126,23 @@ TEST(ControlState, SpindleAndCoolantAreSaidAgainBehindAStopThatEndsThem) {
   EXPECT_THAT(goes_on.lines()[goes_on.line("M1", goes_on.line("M8")) + 1], HasSubstr("G0 Z"));
 }
 
+TEST(ControlState, ATapBehindAStopGetsItsSpindleToo) {
+  constexpr const char* kTaps =
+      "UNITS/MM\nLOADTL/4\nSPINDL/500,CLW\nCOOLNT/ON\nFEDRAT/400,MMPM\nRAPID\nGOTO/0,0,60,0,0,1\n"
+      "CYCLE/TAP,10,MMPR,1.25,CLEAR,3\nGOTO/10,0,20\nCYCLE/OFF\nRAPID\nGOTO/10,0,60\nSTOP\nRAPID\n"
+      "GOTO/20,0,60\nCYCLE/TAP,10,MMPR,1.25,CLEAR,3\nGOTO/20,0,20\nCYCLE/OFF\nRAPID\nGOTO/0,0,60\nFINI\n";
+  post::PostOptions options;
+  options.native_cycles = true;
+  for (const char* control :
+       {"linuxcnc", "fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640", "iso"}) {
+    const Program p(kTaps, control, options);
+    const bool is_klartext = std::string_view(control) == "heidenhain_tnc640";
+    if (std::string_view(control) == "linuxcnc") continue;
+    const std::size_t stop = p.line(is_klartext ? " M0" : "M0");
+    EXPECT_LE(p.line("M3", stop), stop + 2) << control;
+  }
+}
+
 // A new speed takes a TOOL CALL, which this control does not take under its tool-centre-point control.
 TEST(ControlState, ASpeedThatEndsToolCentrePointControlIsSaidOutsideOfThePart) {
   post::PostOptions options;
