@@ -140,11 +140,11 @@ void read_fedrat(Context& context, const Statement& statement) {
 
 // Value, unit and way in any order: SPINDL/RPM,800,CLW  SPINDL/500,SFM,CCLW  SPINDL/ON  SPINDL/OFF.
 // What one word of SPINDL says.
-enum class SpindleWord : std::uint8_t { speed, clockwise, counterclockwise, off, other };
+enum class SpindleWord : std::uint8_t { on, clockwise, counterclockwise, off };
 
 std::optional<SpindleWord> spindle_word(std::string_view text) {
   static constexpr std::pair<std::string_view, SpindleWord> kWords[] = {
-      {"RPM", SpindleWord::speed},
+      {"RPM", SpindleWord::on},
       {"CLW", SpindleWord::clockwise},
       {"CW", SpindleWord::clockwise},
       {"CCLW", SpindleWord::counterclockwise},
@@ -153,7 +153,7 @@ std::optional<SpindleWord> spindle_word(std::string_view text) {
       {"LOCK", SpindleWord::off},
       {"NEUTRL", SpindleWord::off},
       {"STOP", SpindleWord::off},
-      {"ON", SpindleWord::other},
+      {"ON", SpindleWord::on},
   };
   for (const auto& [word, meaning] : kWords) {
     if (word == text) return meaning;

@@ -104,6 +104,7 @@ class RandomProgram {
   void spindle() {
     nc::Spindle block{static_cast<nc::SpindleTurn>(integer(0, 2)), integer(1, 24000)};
     if (block.turn == nc::SpindleTurn::off) block.rpm = 0;
+    if (tcp_ && c_.speed_not_under_tcp && block.rpm > 0) tcp(false);
     if (block.turn == spindle_.turn && block.rpm == spindle_.rpm) return;
     spindle_ = block;
     blocks_.push_back(block);

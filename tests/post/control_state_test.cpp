@@ -155,6 +155,8 @@ TEST(ControlState, ASpeedThatEndsToolCentrePointControlIsSaidOutsideOfThePart) {
   const std::size_t speed = tnc.line("S5000");
   EXPECT_THAT(tnc.lines()[speed - 2] + tnc.lines()[speed - 1], HasSubstr("M91"));
   EXPECT_EQ(tnc.line("M129"), speed - 2);
+  EXPECT_THAT(tnc.with(tnc.line("X+30"), "TOOL CALL Z S5000\nM3"),
+              HasSubstr("a speed of the spindle under tool-centre-point control: end that first ('M129')"));
   const Program fanuc(path, "fanuc_30i", options);
   EXPECT_THAT(fanuc.lines()[fanuc.line("S5000") - 1], HasSubstr("Z30."));
 }

@@ -130,6 +130,8 @@ void EventReader::run_spindle(const FoundEvent& found) {
   if (now.turn != SpindleTurn::off) {
     now.rpm = s_.whole(found, Placeholder::rpm, 0);
     if (now.rpm <= 0) return s_.error(found.column, "the spindle is to turn without a speed");
+    // Programs of others may start the spindle without the words of a speed.
+    if (!s_.language.others && forbids_tcp(found, "a speed of the spindle", s_.c.speed_not_under_tcp)) return;
   }
   if (s_.modal.turn_spindle(now)) s_.emit(now);
 }
@@ -146,8 +148,8 @@ void EventReader::run_clamp(int argument) {
 }
 
 // What the control wants to be ended before.
-bool EventReader::forbids_tcp(const FoundEvent& found, const char* what) {
-  if (!s_.modal.tcp || !s_.c.tcp.off_for_tool_change) return false;
+bool EventReader::forbids_tcp(const FoundEvent& found, const char* what, bool wants_it_off) {
+  if (!s_.modal.tcp || !wants_it_off) return false;
   s_.error(std::max(found.column, 1U), std::string(what) +
                                            " under tool-centre-point control: end that first" +
                                            (s_.c.tcp.off.empty() ? "" : " ('" + s_.c.tcp.off.back() + "')"));
@@ -159,7 +161,7 @@ void EventReader::run_program_end(const FoundEvent& found) {
     s_.error(std::max(found.column, 1U),
              "the program ends in a tilted plane: end that first" +
                  (s_.c.tilted_plane.off.empty() ? "" : " ('" + s_.c.tilted_plane.off.back() + "')"));
-  if (s_.program.frame) forbids_tcp(found, "the end of the program");
+  if (s_.program.frame) forbids_tcp(found, "the end of the program", s_.c.tcp.off_for_tool_change);
   s_.program.ended = true;
   s_.emit(ProgramEnd{});
 }
@@ -169,7 +171,9 @@ void EventReader::run_tool(const FoundEvent& found) {
   call.tool = s_.whole(found, Placeholder::tool, -1);
   if (call.tool < 0) return s_.error(found.column, "a tool change without a tool");
   call.length_offset = s_.whole(found, Placeholder::length_offset, call.tool);
-  if (!(s_.language.others && s_.c.tcp.switches_kinematics) && forbids_tcp(found, "a tool change")) return;
+  if (!(s_.language.others && s_.c.tcp.switches_kinematics) &&
+      forbids_tcp(found, "a tool change", s_.c.tcp.off_for_tool_change))
+    return;
   s_.modal.change_tool();
   s_.emit(call);
 }
@@ -361,7 +365,7 @@ void EventReader::run_retract(const FoundEvent& found) {
                           " has no decimal point: the control would take it for a number of increments");
     }
   }
-  if (!s_.language.others && forbids_tcp(found, "a retract")) return;
+  if (!s_.language.others && forbids_tcp(found, "a retract", s_.c.tcp.off_for_tool_change)) return;
   if (!s_.may_move(found.column) || s_.kinematics_unknown(found.column)) return;
   s_.modal.position.forget(letter);
   s_.modal.motion_kind.reset();

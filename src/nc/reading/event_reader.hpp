@@ -14,8 +14,8 @@ class EventReader {
  private:
   void run_program_start(const FoundEvent& found);
   void run_program_end(const FoundEvent& found);
-  /// With a message: tool-centre-point control is on, and must be off for this.
-  bool forbids_tcp(const FoundEvent& found, const char* what);
+  /// With a message: tool-centre-point control is on, and this control wants it off for that.
+  bool forbids_tcp(const FoundEvent& found, const char* what, bool wants_it_off);
   void run_spindle(const FoundEvent& found);
   void run_coolant(CoolantKind kind);
   void run_clamp(int argument);

@@ -112,6 +112,8 @@ Result<void> BlockWriter::write(const Spindle& b) {
   if (b.turn != SpindleTurn::off && rpm <= 0)
     return s_.refuse("the spindle is to turn at " + std::to_string(b.rpm) + " rpm");
   if (!s_.modal.turn_spindle({b.turn, rpm})) return {};
+  if (rpm > 0 && s_.modal.tcp && s_.c.speed_not_under_tcp)
+    return s_.refuse("the control takes no speed of the spindle under tool-centre-point control");
   const auto& words = b.turn == SpindleTurn::off         ? s_.c.spindle_off
                       : b.turn == SpindleTurn::clockwise ? s_.c.spindle_clockwise
                                                          : s_.c.spindle_counterclockwise;

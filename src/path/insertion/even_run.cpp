@@ -13,7 +13,6 @@
 #include "path/insertion/spacing.hpp"
 
 namespace trunnion::path {
-
 namespace {
 
 template <class T>
@@ -196,7 +195,7 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
       }
       numbers[k] = static_cast<std::uint32_t>(i + k);
     }
-    // Neighbours mostly get the same number of pieces: they are at hand.
+    // Neighbours mostly get the same number of pieces: they are loaded already.
     const auto pieces = static_cast<std::size_t>(counted.pieces[0]);
     const bool same = std::all_of(counted.pieces.begin(), counted.pieces.begin() + together,
                                   [&](std::int64_t n) { return n == counted.pieces[0]; });
