@@ -96,9 +96,19 @@ void read_gohome(Context& context, const Statement& statement) {
   context.move_to(statement.where, *tip_A, *axis_A);
 }
 
+// OFF, as some systems end with it what ON began, must not make a rapid of the next cut.
 void read_rapid(Context& context, const Statement& statement) {
+  if (statement.fields.size() == 1 && statement.fields[0].text == "OFF") {
+    context.modal.rapid_next = false;
+    return;
+  }
   for (const Field& field : statement.fields) {
     if (field.text.empty()) continue;
+    if (field.text == "ON") {
+      context.warning_once("RAPID/ON", field.where,
+                           "RAPID/ON: the next motion is a rapid, those behind it go at the feed");
+      continue;
+    }
     context.warning_once("RAPID/" + std::string(field.text), field.where,
                          "RAPID/" + std::string(field.text) + ": taken as RAPID");
   }

@@ -16,6 +16,17 @@ Vec3 nth_axis(const test::Reading& reading, std::size_t i) {
   return reading.motions().at(i).axis_P;
 }
 
+TEST(Words, RapidOffMakesNoRapid) {
+  const auto rapids = [](const std::string& text) {
+    std::string out;
+    for (const Motion& motion : read(text).motions()) out += motion.rapid ? 'r' : 'c';
+    return out;
+  };
+  const std::string point = "GOTO/1,0,0\n";
+  EXPECT_EQ(rapids("FEDRAT/5\nRAPID/ON\n" + point + "RAPID/OFF\n" + point + "RAPID\n" + point), "rcr");
+  EXPECT_EQ(rapids("FEDRAT/5\nRAPID\nRAPID/OFF\n" + point + "RAPID/ON\n" + point + point), "crc");
+}
+
 TEST(Words, TheUnitOfAFileThatSaysNoneIsAskedFor) {
   const auto unsaid = [](const std::string& text) { return joined(read(text, {}).findings); };
   EXPECT_EQ(unsaid("GOTO/1,0,0\n"),
