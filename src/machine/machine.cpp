@@ -261,6 +261,11 @@ void read_head(Section& root, Machine& machine) {
     if (machine.tool_length_mm < 0.0) s->error("length_mm", "'length_mm' must not be negative");
     s->finish();
   }
+  if (auto s = root.find_section("spindle")) {
+    machine.spindle_max_rpm = s->find_number("max_rpm").value_or(0.0);
+    if (s->has("max_rpm") && machine.spindle_max_rpm <= 0.0) s->error("max_rpm", "'max_rpm' must be above 0");
+    s->finish();
+  }
   if (auto s = root.find_section("part")) {
     machine.part_zero_mm = s->vector("zero_mm");
     read_part_extent(*s, machine);

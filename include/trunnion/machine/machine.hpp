@@ -80,6 +80,7 @@ struct Machine {
   std::vector<AxisId> tool_chain;  // from the bed outwards
   std::vector<AxisId> part_chain;  // from the bed outwards
   double tool_length_mm = 0.0;     // gauge length, S to tip
+  double spindle_max_rpm = 0.0;    // 1/min; 0: not known
   Vec3 part_zero_mm = Vec3::Zero();
   OutputPoint output_point = OutputPoint::tip;
   Vec3 work_offset_mm = Vec3::Zero();

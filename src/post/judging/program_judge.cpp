@@ -67,11 +67,11 @@ const char* name_of(Check::State state) {
 
 ProgramJudge::ProgramJudge(const Machine& machine, const nc::Controller& controller,
                            const VerifyOptions& options, const PathPoints& points)
-    : controller_(controller),
+    : machine_(machine),
+      controller_(controller),
       options_(options),
       points_(points),
       told_(controller),
-      work_offset_(machine.work_offset),
       adds_length_(machine.output_point == OutputPoint::tip),
       accelerates_(MotionTime::is_known(machine)) {
   for (const Axis& axis : machine.axes) {
@@ -265,7 +265,8 @@ void ProgramJudge::check_place(const AskedState& asked, std::uint32_t nc_line) {
 }
 
 void ProgramJudge::check_offset(std::uint32_t nc_line) {
-  const std::int64_t offset = options_.work_offset.value_or(asked_.work_offset().value_or(work_offset_));
+  const std::int64_t offset =
+      options_.work_offset.value_or(asked_.work_offset().value_or(machine_.work_offset));
   if (!controller_.work_offsets.empty() && told_.work_offset() != offset) {
     find(CheckOf::offsets, nc_line, [&] {
       return "the program moves in work offset " + number_or(told_.work_offset(), "that it has not called") +
@@ -289,7 +290,7 @@ void ProgramJudge::check_length(const AskedState& asked, std::uint32_t nc_line) 
     });
     return;
   }
-  const bool has_register = names_register(controller_.length.on) || names_register(controller_.tcp.on);
+  const bool has_register = controller_.adds_length_of_register();
   if (!length) {
     find(CheckOf::tools, nc_line, [] {
       return std::string("whether the control adds the tool's length is not known: it is not said again");
@@ -348,6 +349,13 @@ bool ProgramJudge::agrees(const AskedState& asked) const {
 
 void ProgramJudge::check_cut(const AskedState& asked, std::uint32_t nc_line) {
   check_thread(asked, nc_line);
+  const double fastest = machine_.spindle_max_rpm;
+  if (fastest > 0.0 && static_cast<double>(told_.spindle().rpm) > fastest) {
+    find(CheckOf::spindle, nc_line, [&] {
+      return "the spindle is to turn at " + std::to_string(told_.spindle().rpm) + " rpm, the machine's at " +
+             shortest_text(fastest) + " rpm at most";
+    });
+  }
   if (!same_spindle(told_.spindle(), asked.spindle)) {
     find(CheckOf::spindle, nc_line, [&] {
       return "the spindle is " + spindle_text(told_.spindle()) + ", the CL file asks for " +

@@ -249,12 +249,12 @@ class ProgramJudge {
   void find_cutter(const AskedState& asked, std::uint32_t nc_line);
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
 
+  const Machine& machine_;
   const nc::Controller& controller_;
   const VerifyOptions& options_;
   const PathPoints& points_;
   Asked asked_;
   Told told_;
-  std::int64_t work_offset_;  // of the machine file
   bool adds_length_;
   std::uint16_t axes_ = 0;  // bits of the words that the machine has
   bool accelerates_;        // the machine file says how fast every axis does

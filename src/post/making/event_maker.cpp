@@ -43,10 +43,9 @@ Result<void> EventMaker::take_record(const cl::Record& record) {
           },
           [&](const cl::WorkOffset& w) { return head_.check_work_offset(w, record.where); },
           [&](const cl::ToolGeometry& g) {
-            if (g.diameter_mm) work_.spindle.set_diameter(*g.diameter_mm);
             work_.tool.own_length_mm = g.length_mm.value_or(0.0);
             work_.tool.own_length_where = record.where;
-            return Result<void>{};
+            return take_diameter(g, record.where);
           },
           [&](const cl::CutterCompensation& c) { return cutter_words_.switch_to(c, record.where); },
           [&](const cl::Dwell& d) { return take_dwell(d, record.where); },
@@ -80,6 +79,16 @@ Result<void> EventMaker::take_spindle(const cl::Spindle& spindle, SourceRef wher
   return stops || work_.spindle.go_on_at_once(work_.at.known) ? work_.posting.write(**asked) : Result<void>{};
 }
 
+Result<void> EventMaker::take_diameter(const cl::ToolGeometry& tool, SourceRef where) {
+  const double before_mm = work_.spindle.diameter_mm();
+  if (!tool.diameter_mm || work_.spindle.set_diameter(*tool.diameter_mm)) return {};
+  return fail(ErrorCode::wrong_input,
+              "a diameter of " + shortest_text(*tool.diameter_mm) +
+                  " mm behind SPINDL, which made its speed from a surface speed and " +
+                  shortest_text(before_mm) + " mm: CUTTER or TLDATA must stand before SPINDL",
+              work_.posting.job.cl_file, where);
+}
+
 Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
   work_.spindle.ask(kind);
   return kind == nc::CoolantKind::off || work_.spindle.go_on_at_once(work_.at.known)
@@ -109,7 +118,7 @@ Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef whe
   work_.at.up = false;  // the control may move any axis for it
   work_.at.returns = false;
   work_.at.approaches = true;
-  work_.spindle.tool_called();
+  work_.spindle.tool_called(t.number);
   nc::ToolCall call;
   call.tool = t.number;
   call.length_offset = *t.length_register;

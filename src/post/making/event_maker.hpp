@@ -17,6 +17,7 @@ class EventMaker {
  private:
   Result<void> take_record(const cl::Record& record);
   Result<void> take_spindle(const cl::Spindle& spindle, SourceRef where);
+  Result<void> take_diameter(const cl::ToolGeometry& tool, SourceRef where);
   Result<void> take_coolant(nc::CoolantKind kind);
   Result<void> take_stop(const cl::Stop& stop, SourceRef where);
   Result<void> take_tool_change(const cl::ToolChange& t, SourceRef where);

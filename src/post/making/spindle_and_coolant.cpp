@@ -8,6 +8,14 @@
 
 namespace trunnion::post {
 
+bool SpindleAndCoolant::set_diameter(double mm) {
+  if (speed_has_diameter_ && !has_moved_ && mm != diameter_mm_) return false;
+  speed_has_diameter_ = speed_has_diameter_ && mm == diameter_mm_;
+  diameter_mm_ = mm;
+  has_moved_ = false;
+  return true;
+}
+
 Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, SourceRef where) {
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::wrong_input, why, posting_.job.cl_file, where);
@@ -23,9 +31,16 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
     return spindle_;
   }
   if (s.state == cl::Spindle::State::orient) return leave_out("orient", "SPINDL/ORIENT is not acted on");
-  if (s.speed_rpm) rpm_ = *s.speed_rpm;
+  if (s.speed_rpm) {
+    rpm_ = *s.speed_rpm;
+    speed_has_diameter_ = false;
+  }
   if (s.surface_speed_mm_s) {
-    if (diameter_mm_ <= 0.0) return refuse("SPINDL gives a surface speed and no CUTTER or TLDATA a diameter");
+    if (diameter_mm_ <= 0.0) {
+      return refuse("SPINDL gives a surface speed and no CUTTER or TLDATA a diameter" +
+                    (tool_ ? " of tool " + std::to_string(*tool_) : std::string()));
+    }
+    speed_has_diameter_ = true;
     rpm_ = *s.surface_speed_mm_s / (kPi * diameter_mm_) * kSecondsPerMinute;
   }
   if (s.max_rpm) rpm_ = std::min(rpm_, *s.max_rpm);
@@ -34,6 +49,11 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
   if (std::llround(std::min(rpm_, 2.0 * kFastest_rpm)) < 1 || rpm_ > kFastest_rpm) {
     return refuse("SPINDL: " + shortest_text(rpm_) + " rpm is not between 1 and " +
                   shortest_text(kFastest_rpm) + " rpm");
+  }
+  if (const double fastest = posting_.machine.spindle_max_rpm; fastest > 0.0 && rpm_ > fastest) {
+    return refuse("SPINDL: " + shortest_text(rpm_) + " rpm, and the spindle turns at " +
+                  shortest_text(fastest) + " rpm at most ([spindle] max_rpm of " + posting_.machine.file +
+                  "); SPINDL/...,MAXRPM,n holds a surface speed below it");
   }
   spindle_.turn = s.counterclockwise ? nc::SpindleTurn::counterclockwise : nc::SpindleTurn::clockwise;
   spindle_.rpm = std::llround(rpm_);
@@ -44,8 +64,9 @@ void SpindleAndCoolant::ask(nc::CoolantKind kind) {
   coolant_ = kind == nc::CoolantKind::off ? 0U : coolant_ | (1U << static_cast<unsigned>(kind));
 }
 
-void SpindleAndCoolant::tool_called() {
-  tool_called_ = true;
+void SpindleAndCoolant::tool_called(std::uint32_t number) {
+  if (has_moved_ && tool_ != number) diameter_mm_ = 0.0;
+  tool_ = number;
   tapped_ = false;
   is_said_ = false;
   resumes_ = true;
@@ -64,6 +85,7 @@ void SpindleAndCoolant::warn_before_cut(SourceRef where) {
 }
 
 Result<void> SpindleAndCoolant::resume() {
+  has_moved_ = true;
   if (!std::exchange(resumes_, false)) return {};
   tapped_ = false;
   if (spindle_.turn != nc::SpindleTurn::off) {

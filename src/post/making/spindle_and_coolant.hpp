@@ -12,8 +12,10 @@ class SpindleAndCoolant {
  public:
   explicit SpindleAndCoolant(Posting& posting) : posting_(posting) {}
 
-  /// Of the tool, for surface speeds.
-  void set_diameter(double mm) { diameter_mm_ = mm; }
+  /// Of the tool, for surface speeds. False: the speed at hand was taken with another diameter, and nothing
+  /// has moved since: the word comes too late for it.
+  bool set_diameter(double mm);
+  double diameter_mm() const { return diameter_mm_; }
   /// The speed that was given last, 0 before the first one.
   double rpm() const { return rpm_; }
   /// What is asked of the spindle now.
@@ -25,9 +27,10 @@ class SpindleAndCoolant {
   Result<std::optional<nc::Spindle>> ask(const cl::Spindle& spindle, SourceRef where);
   void ask(nc::CoolantKind kind);
   /// Not with the tool of the program before: nothing goes on before this one's own is called or moves.
-  bool go_on_at_once(bool tool_has_moved) const { return tool_called_ || tool_has_moved; }
-  /// A tool change stops both; what was asked for holds for the next tool.
-  void tool_called();
+  bool go_on_at_once(bool tool_has_moved) const { return tool_ || tool_has_moved; }
+  /// A tool change stops both; what was asked for holds for the next tool. The diameter does not, but where
+  /// it was given behind the last motion.
+  void tool_called(std::uint32_t number);
   /// A stop of the program has ended both: they are said again before anything moves.
   void stopped() {
     tapped_ = false;
@@ -43,9 +46,11 @@ class SpindleAndCoolant {
   Posting& posting_;
   double rpm_ = 0.0;
   double diameter_mm_ = 0.0;
+  bool speed_has_diameter_ = false;  // rpm_ was made from a surface speed and this diameter
+  bool has_moved_ = false;           // since the diameter was given
+  std::optional<std::uint32_t> tool_;
   nc::Spindle spindle_;
   unsigned coolant_ = 0;  // bit per kind
-  bool tool_called_ = false;
   bool is_said_ = false;  // of the spindle, for the tool at hand, or it was warned of
   bool resumes_ = true;
   bool tapped_ = false;
