@@ -105,7 +105,9 @@ TEST(PostWords, TableTurnsAtTheSafeHeightAndStaysAtThePole) {
        std::vector<std::pair<std::string, double>>{{"ROTABL/ATANGL,90.", 90.0},
                                                    {"ROTABL/AXIS,2,ATANGL,90.,CLW", 90.0},
                                                    {"ROTABL/90.,,TABLE,CCLW", -270.0},
-                                                   {"ROTATE/CAXIS,ATANGL,-30,INCR", -30.0}}) {
+                                                   {"ROTATE/CAXIS,ATANGL,-30,INCR", -30.0},
+                                                   {"ROTATE/CAXIS,ABSOL,CLW,45", 45.0},
+                                                   {"ROTABL/INCR,-30", -30.0}}) {
     const auto p = posted("FEDRAT/MMPM,900\n" + cut + word + "\n" + cut, machine, options);
     ASSERT_TRUE(p.report) << word << p.report.error().text();
     EXPECT_TRUE(p.report->verification->passed()) << word << " " << p.nc;
@@ -113,6 +115,20 @@ TEST(PostWords, TableTurnsAtTheSafeHeightAndStaysAtThePole) {
         << word;
     EXPECT_NE(p.nc.find("G53"), p.nc.rfind("G53")) << word;
   }
+}
+
+// A file that counts on points turning with the table would be cut upright.
+TEST(PostWords, TurnThatTheNextPointUndoesIsToldOf) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string up = "FEDRAT/MMPM,900\nRAPID\nGOTO/10,0,30\nGOTO/10,0,0\nROTATE/AAXIS,ABSOL,60\n";
+  const auto undone = posted(up + "RAPID\nGOTO/10,0,30\nGOTO/10,0,0\n", machine, {});
+  ASSERT_TRUE(undone.report) << undone.report.error().text();
+  EXPECT_TRUE(warned(
+      undone, "axis A turns to 60.000 deg, and the tool axis of the next point turns it to 0.000 deg"));
+  const auto meant =
+      posted(up + "RAPID\nGOTO/10,26,15,0,0.866025404,0.5\nGOTO/10,0,0,0,0.866025404,0.5\n", machine, {});
+  ASSERT_TRUE(meant.report) << meant.report.error().text();
+  EXPECT_FALSE(warned(meant, "the tool axis of the next point"));
 }
 
 TEST(PostWords, ClearancePlaneIsWhereTheToolLeavesTo) {

@@ -115,17 +115,29 @@ std::optional<Measure> measure_of(const cl::PostWord& word, const Machine& machi
   return Measure{path::ChoiceMethod::axis, machine.axes[*id].name};
 }
 
+// Behind ATANGL, else the only number that does not say which axis: AXIS,2,ATANGL,90  90,TABLE
+// AAXIS,ABSOL,90.
+std::optional<double> angle_in(const Fields& f) {
+  const auto at = std::find(f.begin(), f.end(), "ATANGL");
+  if (at != f.end()) return number_in(f, static_cast<std::size_t>(at - f.begin()) + 1);
+  std::optional<double> found;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const auto number = i > 0 && f[i - 1] == "AXIS" ? std::nullopt : number_in(f, i);
+    if (number && found) return std::nullopt;
+    if (number) found = number;
+  }
+  return found;
+}
+
 std::optional<TableTurn> table_turn_of(const cl::PostWord& word, const Machine& machine,
                                        const JointVector& from) {
   const Fields& f = word.fields;
   if ((word.word != "ROTABL" && word.word != "ROTATE") || has(f, "SHORT")) return std::nullopt;
   const auto id = rotary_axis(machine, f);
-  const auto at = std::find(f.begin(), f.end(), "ATANGL");
-  const auto degrees =
-      at != f.end() ? number_in(f, static_cast<std::size_t>(at - f.begin()) + 1) : number_in(f, 0);
+  const auto degrees = angle_in(f);
   const auto known = [](const std::string& text) {
-    constexpr std::array<std::string_view, 10> kWords = {"AXIS", "ATANGL", "CLW",  "CCLW",  "INCR",
-                                                         "NOW",  "NEXT",   "SAME", "TABLE", ""};
+    constexpr std::array<std::string_view, 11> kWords = {"AXIS", "ATANGL", "ABSOL", "CLW",   "CCLW", "INCR",
+                                                         "NOW",  "NEXT",   "SAME",  "TABLE", ""};
     return parse_number(text) || names_axis(text) ||
            std::find(kWords.begin(), kWords.end(), text) != kWords.end();
   };

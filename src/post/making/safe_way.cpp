@@ -91,7 +91,22 @@ Result<void> SafeWay::leave_part(SourceRef where) {
   return retract(where);
 }
 
+// Points without a tool axis may be meant in a part that has turned with the table: that is not how they are
+// read.
+void SafeWay::tell_undone_turn(const path::Point& to) {
+  const auto asked = std::exchange(work_.at.asked_turn, std::nullopt);
+  if (!asked || std::abs(to.q[asked->axis] - asked->angle) < 1e-9) return;
+  const auto degrees = [](double angle) { return fixed_text(angle * kDegreePerRad, 3) + " deg"; };
+  const Axis& axis = work_.posting.machine.axes[asked->axis];
+  work_.posting.diagnostics.warning(
+      work_.posting.job.cl_file, asked->where,
+      "axis " + axis.name + " turns to " + degrees(asked->angle) +
+          ", and the tool axis of the next point turns it to " + degrees(to.q[asked->axis]) +
+          ": points of the CL file stay where they are on the part, whatever the table does");
+}
+
 Result<void> SafeWay::approach(const path::Point& to, const ChunkMotion& motion) {
+  tell_undone_turn(to);
   // Words of a plane have another grid: it is left before the place is rounded.
   if (auto r = retract(motion.point.where); !r) return r;
   const auto first = places_.of(to, 0.0);
@@ -134,6 +149,7 @@ Result<void> SafeWay::turn_table(AxisId id, double angle, bool now, SourceRef wh
   const double rounded = work_.axis_words.rounded(id, angle);
   if (std::abs(work_.at.point.q[id] - rounded) < 1e-12) return {};
   work_.at.point.q[id] = rounded;
+  work_.at.asked_turn = AskedTurn{id, rounded, where};
   work_.at.approaches = true;  // what follows comes from the safe height
   if (!now || !work_.at.known) return {};
   if (auto r = retract(where); !r) return r;

@@ -26,6 +26,7 @@ class SafeWay {
   Result<void> end();
 
  private:
+  void tell_undone_turn(const path::Point& to);
   Result<void> write_retract(nc::AxisLetter letter, double position_mm);
   Result<void> clamp_standing();
   JointVector above(const JointVector& q) const;

@@ -5,6 +5,13 @@
 
 namespace trunnion::post {
 
+/// ROTABL or ROTATE turned a rotary axis to this angle.
+struct AskedTurn {
+  AxisId axis = 0;
+  double angle = 0.0;  // rad
+  SourceRef where;
+};
+
 /// Where the tool is at the end of the text so far, and what the next motion has to know of it.
 struct ToolPlace {
   path::Point point;                    // nominal, on the word grid
@@ -15,6 +22,7 @@ struct ToolPlace {
   bool up = false;                      // Z is at the safe height
   bool returns = false;                 // from there to `point`, if the program cuts on
   std::optional<JointVector> turn_due;  // to where the rotary axes turn before they cut on
+  std::optional<AskedTurn> asked_turn;  // of a word of the CL file, before the motion behind it
 };
 
 }  // namespace trunnion::post
