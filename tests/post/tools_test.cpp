@@ -221,6 +221,58 @@ TEST(GaugeLength, AToolHasOneLength) {
             "part.cls:4:1: error: tool 7 has a gauge length of 98 mm here and was loaded with 99 mm before");
 }
 
+// H5 adds what stands in register 5, whichever tool is in the spindle: 30 mm too little for the second.
+TEST(GaugeLength, ARegisterHoldsOneLength) {
+  const auto cl = [](const std::string& first, const std::string& second) {
+    return "FEDRAT/MMPM,500\nLOADTL/1," + first + "\nGOTO/0,0,0\nLOADTL/2," + second + "\nGOTO/0,0,1\nFINI\n";
+  };
+  const std::string two = cl("LENGTH,100,ADJUST,5", "LENGTH,130,ADJUST,5");
+  const Machine machine = machine_with(OutputPoint::tip);
+  const std::string told =
+      "part.cls:4:1: error: length register 5 is that of tool 1 with 100 mm and of tool 2 with 130 mm: it "
+      "holds "
+      "one length, and the control would add it to both";
+  for (const char* control : {"linuxcnc", "iso", "fanuc_30i", "haas_ngc"}) {
+    const auto p = test::posted(two, machine, {}, control);
+    ASSERT_FALSE(p.report) << control;
+    EXPECT_EQ(p.report.error().text(), told);
+  }
+  EXPECT_FALSE(test::verified("", two, machine, 0.01, "iso"));
+  // The length belongs to the tool there, and here the words are those of the gauge point.
+  for (const char* control : {"siemens_840d_sl", "heidenhain_tnc640"})
+    EXPECT_TRUE(test::posted(two, machine, {}, control).report) << control;
+  EXPECT_TRUE(test::posted(two, machine_with(OutputPoint::spindle)).report);
+  EXPECT_FALSE(test::posted(cl("LENGTH,100,ADJUST,2", "LENGTH,130"), machine).report);
+  EXPECT_TRUE(test::posted(cl("LENGTH,100,ADJUST,6", "LENGTH,130,ADJUST,5"), machine).report);
+  const auto equal = test::posted(cl("LENGTH,100,ADJUST,5", "LENGTH,100,ADJUST,5"), machine);
+  EXPECT_TRUE(equal.report);
+  EXPECT_NE(findings_of(equal.diagnostics)
+                .find("part.cls: warning: length register 5 is that of tool 1 with 100 mm"),
+            std::string::npos);
+  // Of the tools of the shop, too: tool 5 stands in the magazine, and its length in the register.
+  const ToolTable shop = tools_of("tool,length_mm\n1,100\n5,130\n");
+  PostOptions options;
+  options.tools.table = &shop;
+  EXPECT_FALSE(
+      test::posted("FEDRAT/MMPM,500\nLOADTL/1,ADJUST,5\nGOTO/0,0,0\nFINI\n", machine, options).report);
+  EXPECT_TRUE(
+      test::posted("FEDRAT/MMPM,500\nLOADTL/1,ADJUST,6\nGOTO/0,0,0\nFINI\n", machine, options).report);
+}
+
+TEST(GaugeLength, ToolFileAndClFileThatDifferAreTold) {
+  const ToolTable shop = tools_of("tool,length_mm\n1,100\n2,4\n");  // 2: in inches
+  PostOptions options;
+  options.tools.table = &shop;
+  const auto p = test::posted(
+      "FEDRAT/MMPM,500\nLOADTL/1,LENGTH,104\nGOTO/0,0,0\nLOADTL/2,LENGTH,101.6\nGOTO/0,0,1\nFINI\n",
+      machine_with(OutputPoint::tip), options);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const std::string found = findings_of(p.diagnostics);
+  EXPECT_NE(found.find("differ: tool 2 101.6 mm and 4 mm: is it the same tool, and in mm?"),
+            std::string::npos)
+      << found;
+}
+
 const char* const kNoTool = "FEDRAT/MMPM,500\nRAPID\nGOTO/0,0,20\nGOTO/0,0,10\nGOTO/5,0,10\nFINI\n";
 
 Result<PostReport> without_tool(const Machine& machine, const PostOptions& options,

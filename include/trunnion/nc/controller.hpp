@@ -170,8 +170,13 @@ struct Controller {
   struct Program {
     Template begin;  // {number} {name}
     Template setup;
-    Template end;       // {number} {name}
-    Template also_end;  // other words that end a program, when reading
+    Template end;                                        // {number} {name}
+    Template also_end;                                   // other words that end a program, when reading
+    std::int64_t first_reserved = 0, last_reserved = 0;  // numbers of the maker's macros; 0: none are known
+    /// The control knows programs by numbers: `begin` has one.
+    bool is_numbered() const;
+    /// A program with this number would stand in the place of a macro.
+    bool reserves(std::int64_t number) const;
   } program;
 
   Template tool_change;        // {tool} {length_offset}
@@ -366,6 +371,8 @@ struct Controller {
 
   /// The words of a retract of this axis hold the machine position it goes to.
   bool names_position(AxisLetter letter) const;
+  /// The length that it adds is that of a register in the program's words, not one that belongs to the tool.
+  bool adds_length_of_register() const;
   /// By which the radii of a circle in somebody else's program may differ.
   double arc_radii_may_differ_mm() const {
     return arcs.radius_tolerance_mm > kRadii_mm ? arcs.radius_tolerance_mm : kRadii_mm;

@@ -80,11 +80,13 @@ struct LoadedTool {
 /// The tools of one program, in the order in which its CL file loads them, and their gauge lengths.
 class ProgramTools {
  public:
-  /// References must outlive the object.
-  ProgramTools(const Machine& machine, const ToolOptions& options) : machine_(machine), options_(options) {}
+  /// References must outlive the object. `registers_hold_lengths`: the control adds the length that stands in
+  /// the register of the program's words, not one that belongs to the tool.
+  ProgramTools(const Machine& machine, const ToolOptions& options, bool registers_hold_lengths);
 
   /// The word with its length register and gauge length filled in. Fails with wrong_input when it gives a
-  /// tool another length than it was loaded with before.
+  /// tool another length than it was loaded with before, or where a tool of another length, loaded or of the
+  /// tool file, has its register.
   Result<cl::ToolChange> load(const cl::ToolChange& word, const std::string& cl_file, SourceRef where);
   /// The CL file moves and has loaded no tool.
   void move_without_tool() { add({std::nullopt, length_of_nobody(), 0, source_of_nobody()}); }
@@ -94,8 +96,9 @@ class ProgramTools {
   std::optional<double> length_of(std::uint32_t number) const;
 
   const std::vector<LoadedTool>& loaded() const { return loaded_; }
-  /// One warning that names the tools whose gauge length is the machine file's for want of another.
-  void warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const;
+  /// One warning that names the tools whose gauge length is the machine file's for want of another, one that
+  /// names those that share a register, one that names those that are much longer or shorter in the CL file.
+  void warn(const std::string& cl_file, Diagnostics& diagnostics) const;
 
  private:
   LengthSource source_of_nobody() const {
@@ -103,8 +106,17 @@ class ProgramTools {
   }
   const LoadedTool* find(std::uint32_t number) const;
   void add(const LoadedTool& tool) { loaded_.push_back(tool); }
+  /// What is wrong with the tool's register beside those that are known; nothing: it is right.
+  std::optional<std::string> take_register(const LoadedTool& tool);
+  void note_other_length(const cl::ToolChange& word, double length_mm);
+  void warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const;
+
   const Machine& machine_;
   const ToolOptions& options_;
+  bool registers_hold_lengths_;
+  std::map<std::uint32_t, LoadedTool> of_register_;  // the first tool with it, of the tool file or loaded
+  std::string share_register_;                       // tools of one length that do, for the warning
+  std::string other_lengths_;                        // of the CL file, for the warning
   std::vector<LoadedTool> loaded_;
 };
 

@@ -196,12 +196,26 @@ void read_compensation(Section& root, Controller& c) {
   });
 }
 
+void read_reserved_numbers(Section& s, Controller::Program& program) {
+  const auto range = s.find_numbers("reserved_numbers");
+  if (!range) return;
+  const auto is_number = [](double n) { return n >= 1.0 && n <= 99999999.0 && n == std::floor(n); };
+  if (range->size() != 2 || !is_number(range->front()) || !is_number(range->back()) ||
+      range->front() > range->back())
+    return s.error(
+        "reserved_numbers",
+        "'reserved_numbers' must be the first and the last program number of the macros, 1 to 99999999");
+  program.first_reserved = static_cast<std::int64_t>(range->front());
+  program.last_reserved = static_cast<std::int64_t>(range->back());
+}
+
 void read_program(Section& root, Controller& c) {
   using P = Placeholder;
   in_section(root, "program", [&](Section& s) {
     read_template(s, "begin", {P::number, P::name}, c.program.begin);
     read_template(s, "setup", {}, c.program.setup);
     read_template(s, "end", {P::number, P::name}, c.program.end);
+    read_reserved_numbers(s, c.program);
   });
   in_section(root, "tool", [&](Section& s) {
     read_template(s, "change", {P::tool, P::length_offset}, c.tool_change);
@@ -503,6 +517,10 @@ bool Controller::names_position(AxisLetter letter) const {
   return holds(retract[index(letter)], Placeholder::position);
 }
 
+bool Controller::adds_length_of_register() const {
+  return holds(length.on, Placeholder::length_offset) || holds(tcp.on, Placeholder::length_offset);
+}
+
 std::int64_t FeedFormat::quanta(FeedMode mode, double internal) const {
   const double scaled = internal * kSecondsPerMinute * scale(mode);
   TRUNNION_EXPECTS(scaled < 9e18);
@@ -516,6 +534,14 @@ std::int64_t FeedFormat::rotary_quanta(double rad_s) const {
 
 double FeedFormat::rotary_internal(std::int64_t quanta) const {
   return internal(FeedMode::per_minute, quanta) * kRadPerDegree;
+}
+
+bool Controller::Program::is_numbered() const {
+  return holds(begin, Placeholder::number);
+}
+
+bool Controller::Program::reserves(std::int64_t number) const {
+  return is_numbered() && number >= first_reserved && number <= last_reserved;
 }
 
 Result<Controller> load_controller(const std::string& path, Diagnostics& diagnostics,

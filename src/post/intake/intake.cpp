@@ -19,7 +19,9 @@ Intake::Intake(const PostJob& job, const PostOptions& options, const JointVector
     : job_(job),
       options_(options),
       store_(store),
-      tools_(*job.machine, options.tools),
+      tools_(*job.machine, options.tools,
+             job.controller->adds_length_of_register() &&
+                 (options.rtcp || job.machine->output_point == OutputPoint::tip)),
       tool_{tools_.length_of_nobody()},
       coming_{FluteLength(options.tools), {}},
       tolerances_(job, options),

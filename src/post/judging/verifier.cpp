@@ -119,7 +119,8 @@ Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetu
                             Diagnostics& diagnostics) {
   const auto& [machine, controller, options] = setup;
   Verifier verifier(machine, controller, options, program.file, diagnostics);
-  ProgramTools tools(machine, options.tools);
+  ProgramTools tools(machine, options.tools,
+                     controller.adds_length_of_register() && machine.output_point == OutputPoint::tip);
   const std::size_t errors = diagnostics.error_count();
   const std::string cl_file = path.file;
   path.reading = reading_within(path.reading, options.tolerance_mm);
@@ -144,7 +145,7 @@ Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetu
   }
   if (records->read_failure()) return tl::unexpected(*records->read_failure());
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
-  tools.warn_of_machine_file(cl_file, diagnostics);
+  tools.warn(cl_file, diagnostics);
   std::array<char, 1 << 16> buffer;
   for (;;) {
     const auto size = program.source->read(buffer.data(), buffer.size());

@@ -132,7 +132,7 @@ Result<void> Pipeline::finish(const Intake& intake, Chunk& end) {
   work_.posting.report.points_in = intake.points();
   work_.posting.report.choice = intake.choice();
   work_.posting.report.tools = intake.tools().loaded();
-  intake.tools().warn_of_machine_file(work_.posting.job.cl_file, work_.posting.diagnostics);
+  intake.tools().warn(work_.posting.job.cl_file, work_.posting.diagnostics);
   if (!head_.is_written()) {
     if (auto r = begin_text(Chunk()); !r) return r;
   }

@@ -1,6 +1,7 @@
 #include "trunnion/post/tools.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trunnion/base/number_text.hpp"
 
@@ -14,6 +15,16 @@ double FluteLength::found_mm() const {
       return *known->second.flute_length_mm;
   }
   return of_cutter_mm_.value_or(0.0);
+}
+
+ProgramTools::ProgramTools(const Machine& machine, const ToolOptions& options, bool registers_hold_lengths)
+    : machine_(machine), options_(options), registers_hold_lengths_(registers_hold_lengths) {
+  if (options.table == nullptr) return;
+  for (const auto& [number, tool] : *options.table) {
+    const std::uint32_t length_register = tool.length_register.value_or(number);
+    of_register_.emplace(length_register,
+                         LoadedTool{number, tool.length_mm, length_register, LengthSource::tool_file});
+  }
 }
 
 const LoadedTool* ProgramTools::find(std::uint32_t number) const {
@@ -41,6 +52,7 @@ Result<cl::ToolChange> ProgramTools::load(const cl::ToolChange& word, const std:
   if (known != nullptr) {
     tool.length_mm = known->length_mm;
     tool.source = LengthSource::tool_file;
+    note_other_length(word, known->length_mm);
     if (!word.length_register) tool.length_register = known->length_register.value_or(word.number);
   } else if (word.gauge_length_mm) {
     tool.length_mm = *word.gauge_length_mm;
@@ -60,10 +72,50 @@ Result<cl::ToolChange> ProgramTools::load(const cl::ToolChange& word, const std:
   } else {
     add(tool);
   }
+  if (const auto fault = take_register(tool)) return fail(ErrorCode::wrong_input, *fault, cl_file, where);
   cl::ToolChange out = word;
   out.length_register = tool.length_register;
   out.gauge_length_mm = tool.length_mm;
   return out;
+}
+
+// What a tool measures differs from what was planned; by more than this it is another tool, or in another
+// unit, and what the CAM system found of collisions is not true of it.
+void ProgramTools::note_other_length(const cl::ToolChange& word, double length_mm) {
+  constexpr double kShare = 0.05;
+  if (!word.gauge_length_mm || find(word.number) != nullptr ||
+      std::abs(*word.gauge_length_mm - length_mm) <= kShare * length_mm)
+    return;
+  other_lengths_ += (other_lengths_.empty() ? "tool " : ", tool ") + std::to_string(word.number) + " " +
+                    shortest_text(*word.gauge_length_mm) + " mm and " + shortest_text(length_mm) + " mm";
+}
+
+std::optional<std::string> ProgramTools::take_register(const LoadedTool& tool) {
+  if (!registers_hold_lengths_) return std::nullopt;
+  const auto [it, is_new] = of_register_.emplace(tool.length_register, tool);
+  const LoadedTool& first = it->second;
+  if (is_new || first.number == tool.number) return std::nullopt;
+  const std::string both = "length register " + std::to_string(tool.length_register) + " is that of tool " +
+                           std::to_string(*first.number) + " with " + shortest_text(first.length_mm) +
+                           " mm and of tool " + std::to_string(*tool.number) + " with " +
+                           shortest_text(tool.length_mm) + " mm";
+  if (first.length_mm != tool.length_mm)
+    return both + ": it holds one length, and the control would add it to both";
+  if (share_register_.empty()) share_register_ = both;
+  return std::nullopt;
+}
+
+void ProgramTools::warn(const std::string& cl_file, Diagnostics& diagnostics) const {
+  if (!share_register_.empty())
+    diagnostics.warning(cl_file, {},
+                        share_register_ +
+                            ": it holds one length, so that both tools must be set to it; give each its own "
+                            "(LOADTL/n,ADJUST,r or the column 'register' of a tool file)");
+  if (!other_lengths_.empty())
+    diagnostics.warning(cl_file, {},
+                        "gauge lengths of the CL file and of the tool file, which counts, differ: " +
+                            other_lengths_ + ": is it the same tool, and in mm?");
+  warn_of_machine_file(cl_file, diagnostics);
 }
 
 void ProgramTools::warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const {
