@@ -177,6 +177,9 @@ std::vector<post::BatchResult> post_all(const std::vector<post::BatchItem>& item
 
 ExitCode finish(const BatchCommand& command, const std::vector<post::BatchResult>& results) {
   for (const post::BatchResult& r : results) print_findings(r);
+  Diagnostics of_all;
+  post::warn_of_equal_numbers(results, of_all);
+  print(of_all);
   spdlog::info("{}", report::batch_table(results));
   const std::string how = command.options.no_verify ? ", not verified (--no-verify)" : "";
   if (!how.empty()) spdlog::warn("warning: not verified");

@@ -77,6 +77,7 @@ std::string batch_json(const std::vector<post::BatchResult>& results) {
     item["output"] = r.item.output;
     item["state"] = state_name(r.state);
     item["seconds"] = r.seconds;
+    if (r.program_number > 0) item["program_number"] = r.program_number;
     if (r.outcome.error) item["error"] = r.outcome.error->text();
     for (const Finding& finding : r.outcome.diagnostics.findings()) {
       if (finding.severity == Severity::warning) item["warnings"].push_back(finding.text());

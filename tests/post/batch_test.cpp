@@ -16,6 +16,7 @@
 
 #include "trunnion/base/files.hpp"
 
+#include "support/controllers.hpp"
 #include "support/folders.hpp"
 #include "support/machines.hpp"
 
@@ -84,6 +85,23 @@ class Batch : public testing::Test {
   BatchOptions options_;
   std::atomic<bool> stop_{false};
 };
+
+// A control that knows programs by their number keeps one of two: p0 has none of its own, and is 1 as p1 is.
+TEST_F(Batch, WarnsOfEqualProgramNumbers) {
+  Diagnostics named, first, again;
+  warn_of_equal_numbers(run(items("named")), named);
+  EXPECT_TRUE(named.findings().empty());  // linuxcnc knows programs by the names of their files
+  controller_ = test::shipped_controller("iso");
+  warn_of_equal_numbers(run(items()), first);
+  ASSERT_EQ(first.findings().size(), 1U);
+  EXPECT_THAT(first.findings()[0].message,
+              testing::HasSubstr("2 programs of this batch have number 1 (p0.nc, p1.nc)"));
+  const auto skipped = run(items());
+  EXPECT_EQ(count(skipped, BatchState::skipped), 5U);
+  warn_of_equal_numbers(skipped, again);
+  ASSERT_EQ(again.findings().size(), 1U);
+  EXPECT_EQ(again.findings()[0].message, first.findings()[0].message);
+}
 
 TEST_F(Batch, OneFailureDoesNotStopTheOthersAndUnchangedFilesAreSkipped) {
   auto results = run(items());

@@ -1,6 +1,7 @@
 #include "trunnion/post/program_zero.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
@@ -120,6 +121,32 @@ TEST(ProgramName, IsMadeOfWhatControlsTake) {
   EXPECT_EQ(number_in_name("Bracket"), 1);
   EXPECT_EQ(number_in_name("P123456"), 1);
   EXPECT_EQ(number_in_name("A-12-34"), 12);
+}
+
+// Loaded as O9001 it would run at the next tool change of many machines.
+TEST(ProgramName, IsNoNumberOfAMacro) {
+  const std::string cl = "PARTNO ROTOR 9001\nFEDRAT/MMPM,500\nGOTO/0,0,3\nGOTO/1,0,3\nFINI\n";
+  PostOptions options;
+  const auto of = [&](const char* control) {
+    return test::posted(cl, test::shipped_machine("trunnion_offset"), options, control);
+  };
+  const auto count = [](const test::Posted& p, std::string_view part) {
+    const auto& items = p.diagnostics.findings();
+    return std::count_if(items.begin(), items.end(),
+                         [&](const Finding& d) { return d.message.find(part) != std::string::npos; });
+  };
+  for (const char* control : {"fanuc_30i", "haas_ngc", "iso"}) {
+    const auto p = of(control);
+    EXPECT_TRUE(p.nc.starts_with("%\nO1\n")) << control << '\n' << p.nc;
+    EXPECT_EQ(count(p, "9001 of the name 'ROTOR_9001'"), 1) << control;
+  }
+  EXPECT_EQ(count(of("siemens_840d_sl"), "program number"), 0);
+  options.program.number = 9001;
+  const auto asked = of("fanuc_30i");
+  EXPECT_TRUE(asked.nc.starts_with("%\nO9001\n")) << asked.nc;
+  EXPECT_EQ(count(asked, "make sure that 9001 is none of them"), 1);
+  options.program.number = 7999;
+  EXPECT_EQ(count(of("fanuc_30i"), "program number"), 0);
 }
 
 TEST(ProgramName, StandsInTheHead) {

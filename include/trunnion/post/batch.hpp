@@ -43,6 +43,8 @@ struct BatchResult {
   BatchState state = BatchState::not_run;
   FileOutcome outcome;  // of a posted or failed item
   double seconds = 0.0;
+  /// That the program in the output file begins with, of a posted or skipped item; 0: none, or not known.
+  std::int64_t program_number = 0;
 };
 
 struct BatchOptions {
@@ -67,5 +69,9 @@ std::vector<BatchResult> run_batch(const std::vector<BatchItem>& items, const Po
                                    const BatchOptions& options,
                                    const std::function<void(const BatchResult&)>& progress,
                                    const std::atomic<bool>& stop);
+
+/// Warns once where programs of a batch have the same number on a control that knows them by it: there each
+/// takes the place of the one that was loaded before, or is not loaded, and the other part's program runs.
+void warn_of_equal_numbers(const std::vector<BatchResult>& results, Diagnostics& diagnostics);
 
 }  // namespace trunnion::post

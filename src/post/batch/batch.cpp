@@ -5,6 +5,8 @@
 #include <memory>
 #include <new>
 #include <oneapi/tbb/info.h>
+#include <optional>
+#include <sstream>
 #include <system_error>
 #include <thread>
 #include <xxhash.h>
@@ -39,16 +41,27 @@ std::string stamp_path(const std::string& output) {
   return (p.parent_path() / ("." + p.filename().string() + ".stamp")).string();
 }
 
-std::string stamp_text(const std::string& inputs_hash, const std::string& output_hash) {
-  return inputs_hash + " " + output_hash + "\n";
-}
+// What an output was made from, and what it was when it was made.
+struct Stamp {
+  std::string inputs_hash, output_hash;
+  std::int64_t program_number = 0;
 
-// Anything missing or different means that the item has to be posted.
-bool is_unchanged(const BatchItem& item, const std::string& inputs_hash) {
-  const auto stamp = read_file(stamp_path(item.output));
-  if (!stamp) return false;
+  std::string text() const {
+    return inputs_hash + " " + output_hash + " " + std::to_string(program_number) + "\n";
+  }
+};
+
+// Where the item is unchanged. Anything missing or different means that it has to be posted.
+std::optional<Stamp> unchanged_stamp(const BatchItem& item, const std::string& inputs_hash) {
+  const auto text = read_file(stamp_path(item.output));
+  if (!text) return std::nullopt;
+  std::istringstream in(*text);
+  Stamp stamp;
+  if (!(in >> stamp.inputs_hash >> stamp.output_hash >> stamp.program_number)) return std::nullopt;
   const auto output = read_file(item.output);
-  return output && *stamp == stamp_text(inputs_hash, content_hash(*output));
+  if (!output || stamp.inputs_hash != inputs_hash || stamp.output_hash != content_hash(*output))
+    return std::nullopt;
+  return stamp;
 }
 
 struct Context {
@@ -89,8 +102,10 @@ void run_item(const Context& context, BatchResult& result) {
   const auto text = read_input(result.item);
   if (!text) return fail_item(result, text.error());
   const std::string inputs_hash = content_hash(content_hash(*text) + context.options.fingerprint);
-  if (!context.options.force && is_unchanged(result.item, inputs_hash)) {
+  const auto stamp = unchanged_stamp(result.item, inputs_hash);
+  if (!context.options.force && stamp) {
     result.state = BatchState::skipped;
+    result.program_number = stamp->program_number;
     return;
   }
   if (context.options.dry_run) {
@@ -110,9 +125,11 @@ void run_item(const Context& context, BatchResult& result) {
   result.outcome = post_file(job, context.options.post, result.item.output, context.options.accept_deviation,
                              [&](std::string_view bytes) { made.take(bytes); });
   result.state = result.outcome.passed && result.outcome.written ? BatchState::posted : BatchState::failed;
+  if (result.state != BatchState::posted) return;
+  result.program_number = result.outcome.report->program_number;
   // Without a stamp the item is posted again next time: no reason to fail.
-  if (result.state == BatchState::posted)
-    static_cast<void>(write_file(stamp_path(result.item.output), stamp_text(inputs_hash, made.text())));
+  static_cast<void>(write_file(stamp_path(result.item.output),
+                               Stamp{inputs_hash, made.text(), result.program_number}.text()));
 }
 
 // One item's failure is its own, whatever it is.

@@ -19,6 +19,24 @@ std::int64_t ProgramHead::work_offset_of(const Chunk& chunk) const {
   return posting_.machine.work_offset;
 }
 
+// Loaded under the number of a macro the program would run where the machine calls that, at a tool change for
+// instance. A name is not meant as a number; who says the number may know that it is free.
+std::int64_t ProgramHead::number_of(const std::string& name) const {
+  const auto& asked = posting_.options.program.number;
+  const std::int64_t number = asked.value_or(number_in_name(name));
+  const auto& program = posting_.controller.program;
+  if (!program.reserves(number)) return number;
+  const std::string range =
+      std::to_string(program.first_reserved) + " to " + std::to_string(program.last_reserved);
+  posting_.diagnostics.warning_once(
+      "program number", posting_.job.cl_file, {},
+      "program numbers " + range + " are those of the machine's macros (tool change, probing): " +
+          (asked ? "make sure that " + std::to_string(number) + " is none of them"
+                 : "the program is number 1, not " + std::to_string(number) + " of the name '" + name +
+                       "'; --program-number says another one"));
+  return asked ? number : 1;
+}
+
 Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
   if (offset.index == posting_.report.work_offset) return {};
   if (posting_.options.work_offset) {
@@ -48,7 +66,8 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   start.name = name_for_control(name);
   if (start.name.empty())
     start.name = name_for_control(std::filesystem::path(posting_.job.output).stem().string());
-  start.number = posting_.options.program.number.value_or(number_in_name(start.name));
+  start.number = number_of(start.name);
+  if (posting_.controller.program.is_numbered()) posting_.report.program_number = start.number;
   if (auto r = posting_.write(start); !r) return r;
   const std::int64_t index = work_offset_of(chunk);
   posting_.report.work_offset = index;

@@ -17,6 +17,7 @@ class ProgramHead {
 
  private:
   std::int64_t work_offset_of(const Chunk& chunk) const;
+  std::int64_t number_of(const std::string& name) const;
 
   Posting& posting_;
   bool is_written_ = false;
