@@ -26,6 +26,7 @@ class SafeWay {
   Result<void> end();
 
  private:
+  Result<void> rise_under_tcp(SourceRef where);
   Result<void> write_retract(nc::AxisLetter letter, double position_mm);
   Result<void> clamp_standing();
   JointVector above(const JointVector& q) const;
