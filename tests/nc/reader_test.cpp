@@ -231,6 +231,69 @@ TEST(Reader, RefusesTwoToolsOrSpeedsInOneBlock) {
   EXPECT_THAT(first_error_of("fanuc_30i", "T4 M6 T5\nM30\n"), HasSubstr("p.nc:1:7: error: two T words"));
 }
 
+// Fanuc runs the last one, LinuxCNC and Siemens stop: a reader that takes either is wrong somewhere.
+TEST(Reader, RefusesTwoWordsOfAGroupInOneBlock) {
+  struct Pair {
+    const char *control, *one, *other;
+  };
+  for (const Pair& pair : {Pair{"fanuc_30i", "G54", "G55"},
+                           {"fanuc_30i", "G54", "G54.1 P2"},
+                           {"fanuc_30i", "G98", "G99"},
+                           {"fanuc_30i", "G40", "G41 D1"},
+                           {"fanuc_30i", "G43 H1", "G49"},
+                           {"fanuc_30i", "G43.4 H1", "G49"},
+                           {"fanuc_30i", "G43 H1", "G43.4 H1"},
+                           {"fanuc_30i", "G80", "G81 X0. Y0. Z1. R9. F100."},
+                           {"fanuc_30i", "G2 X1. Y0. I5. J0. F90.", "G3"},
+                           {"haas_ngc", "G49", "G234 H1"},
+                           {"linuxcnc", "G61", "G64"},
+                           {"linuxcnc", "M8", "M9"},
+                           {"linuxcnc", "M428", "M429"},
+                           {"siemens_840d_sl", "D1", "D0"},
+                           {"siemens_840d_sl", "TRAORI", "TRAFOOF"},
+                           {"siemens_840d_sl", "S100 M3", "M5"},
+                           {"heidenhain_tnc640", "M128", "M129"},
+                           {"heidenhain_tnc640", "M8", "M9"},
+                           {"iso", "G0", "G1"},
+                           {"siemens_840d_sl", "G0", "G1"},
+                           {"haas_ngc", "G93", "G94"}}) {
+    for (const std::string& line :
+         {std::string(pair.one) + " " + pair.other, std::string(pair.other) + " " + pair.one})
+      EXPECT_NE(first_error_of(pair.control, line + "\nM30\n"), "") << pair.control << " " << line;
+  }
+  EXPECT_THAT(first_error_of("siemens_840d_sl", "G54 G55\nM30\n"),
+              HasSubstr("p.nc:1:5: error: '[work_offset] words' and another word of its group in one block"));
+  EXPECT_THAT(first_error_of("siemens_840d_sl", "G1 X5 F90 G0\nM30\n"),
+              HasSubstr("p.nc:1:11: error: 'G0' and another word of its group in one block"));
+  // Each holds.
+  EXPECT_NO_THROW(read("linuxcnc", "G17 G21 G40 G49 G54 G61 G80 G90 G94\nS100 M3 M7 M8\nG1 G93 X1 F9\nM2"));
+}
+
+// A rapid that cuts an arc.
+TEST(Reader, RefusesARapidWordBesideAnArc) {
+  EXPECT_THAT(first_error_of("heidenhain_tnc640", "L X+0 Y+0 F90\nCC X+5 Y+0\nC X+10 Y+0 DR+ FMAX\nM30\n"),
+              HasSubstr("p.nc:3:1: error: 'FMAX' in a block that cuts"));
+}
+
+// Its cycle took the first, and the second went to the motions behind it.
+TEST(Reader, RefusesASecondFeedBesideThatOfACycle) {
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})
+    EXPECT_THAT(first_error_of(control, "G99 G81 X0. Y0. Z-2. R13. F100. F9000.\nM30\n"),
+                HasSubstr("p.nc:1:33: error: two F words in one block"))
+        << control;
+}
+
+// A Fanuc runs the last one alone, unless a parameter says otherwise: no spindle.
+TEST(Reader, TakesAsManyMWordsInABlockAsTheControl) {
+  for (const char* control : {"fanuc_30i", "haas_ngc", "iso", "hnc_8"}) {
+    EXPECT_THAT(first_error_of(control, "S100 M3 M8\nM30\n"),
+                HasSubstr("p.nc:1:9: error: 'M8': the control takes 1 M word in a block"))
+        << control;
+  }
+  for (const char* control : {"linuxcnc", "siemens_840d_sl"})
+    EXPECT_NO_THROW(read(control, "S100 M3 M8\nM30")) << control;
+}
+
 // Where the control wants tool-centre-point control to be off.
 TEST(Reader, RefusesARetractUnderToolCentrePointControl) {
   EXPECT_THAT(

@@ -182,6 +182,39 @@ TEST(ControlState, NoOtherRegisterIsCalledOnTheWay) {
   EXPECT_THAT(p.with(p.line("G43 H1"), "G43 H7"), HasSubstr("register 7, asked for is register 1"));
 }
 
+// Where a word of the length may move Z by it at once, 150 mm down into the part.
+TEST(ControlState, TheLengthIsSaidAndEndedAtTheSafeHeight) {
+  for (const bool rtcp : {false, true}) {
+    post::PostOptions options;
+    options.rtcp = rtcp;
+    const Program p(kPath, "fanuc_30i", options);
+    const std::size_t up = p.line("G53 G0 Z", p.line(rtcp ? "X30." : "G1 "));
+    const std::size_t low = rtcp ? up - 2 : up;
+    EXPECT_THAT(p.with(low, "G49"),
+                HasSubstr("the length of the tool is said or ended below the safe height"));
+    if (rtcp) {
+      EXPECT_THAT(p.without(low), HasSubstr("is said or ended below the safe height"));
+    }
+  }
+  // Haas moves nothing there.
+  const Program p(kPath, "haas_ngc");
+  EXPECT_EQ(p.with(p.line("G53 G0 Z", p.line("G1 ")), "G49"), "");
+}
+
+// Python of the interpreter, files of the control.
+TEST(ControlState, NoCommentActs) {
+  const Program p(kPath, "linuxcnc");
+  for (const char* comment : {";py,this.x=1", "(PY,this.x=1)", "( logopen,a.txt)"})
+    EXPECT_THAT(p.with(p.line("G1"), comment), HasSubstr("the control executes the comment")) << comment;
+  EXPECT_EQ(p.with(p.line("G1"), "(MSG,look)"), "");
+  EXPECT_EQ(p.with(p.line("G1"), "(pythons)"), "");
+}
+
+TEST(ControlState, AFeedOfZeroIsNone) {
+  const Program p(kPath, "fanuc_30i");
+  EXPECT_THAT(p.with(p.line("G53 G0 Z"), "F0."), HasSubstr("F is not above 0"));
+}
+
 TEST(ControlState, PointsAreCutInTheirOrder) {
   post::PostOptions options;
   options.rtcp = true;

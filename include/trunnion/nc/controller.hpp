@@ -72,6 +72,7 @@ struct Controller {
     std::size_t max_length = 255;  // characters without the line end
     std::string separator = " ";   // between words
     std::string end = "\n";
+    std::size_t m_words = 0;  // M words that the control takes in one block; 0: as many as stand there
   } line;
 
   struct BlockNumbers {
@@ -142,8 +143,9 @@ struct Controller {
   struct Length {
     Template on;  // {length_offset}
     Template off;
-    bool automatic = false;    // belongs to the tool: no words of its own
-    bool with_motion = false;  // `on` stands in the next motion block, which then has a Z word
+    bool automatic = false;      // belongs to the tool: no words of its own
+    bool with_motion = false;    // `on` stands in the next motion block, which then has a Z word
+    bool moves_at_once = false;  // a word of the length alone may move Z by it, as the control is set
   } length;
 
   struct Tcp {

@@ -50,13 +50,25 @@ std::string listed_characters(const Controller::Comments& rules, const std::stri
   return out;
 }
 
-}  // namespace
-
-bool may_act(const Controller::Comments& rules, std::string_view line) {
-  std::string word;  // controls read such words in capital and small letters
-  std::size_t i = 0;
+// In capital letters: controls read such words in small ones, too. `i` stands behind it.
+std::string first_word(std::string_view line, std::size_t& i) {
+  std::string word;
   while (i < line.size() && line[i] == ' ') ++i;
   for (; i < line.size() && (is_letter(line[i]) || is_digit(line[i])); ++i) word += upper(line[i]);
+  return word;
+}
+
+}  // namespace
+
+bool acts(const Controller::Comments& rules, std::string_view line) {
+  std::size_t behind = 0;
+  const std::string word = first_word(line, behind);
+  return std::find(rules.active_words.begin(), rules.active_words.end(), word) != rules.active_words.end();
+}
+
+bool may_act(const Controller::Comments& rules, std::string_view line) {
+  std::size_t i = 0;
+  const std::string word = first_word(line, i);
   while (i < line.size() && line[i] == ' ') ++i;
   if (i < line.size() && line[i] == ',') return true;
   return std::any_of(rules.active_words.begin(), rules.active_words.end(),

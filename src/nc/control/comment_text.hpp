@@ -15,5 +15,7 @@ std::vector<std::string> comment_lines(const Controller::Comments& rules, const 
 /// The control might execute a comment that begins so: a word of [comments] active_words, or a word and a
 /// comma.
 bool may_act(const Controller::Comments& rules, std::string_view line);
+/// It begins with one of the active words, as a whole word.
+bool acts(const Controller::Comments& rules, std::string_view line);
 
 }  // namespace trunnion::nc

@@ -66,6 +66,7 @@ void read_layout(Section& root, Controller& c) {
   in_section(root, "line", [&](Section& s) {
     read_integer(s, "max_characters", c.line.max_length, 40, 10000);
     read_into(s, "separator", c.line.separator);
+    read_integer(s, "m_words", c.line.m_words, 0, 99);
     read_choice<std::string>(s, "end", {{"lf", "\n"}, {"crlf", "\r\n"}}, c.line.end);
   });
   in_section(root, "block_numbers", [&](Section& s) {
@@ -167,6 +168,7 @@ void read_compensation(Section& root, Controller& c) {
     read_template(s, "off", {}, c.length.off);
     read_into(s, "automatic", c.length.automatic);
     read_into(s, "with_motion", c.length.with_motion);
+    read_into(s, "moves_at_once", c.length.moves_at_once);
   });
   in_section(root, "tcp", [&](Section& s) {
     read_template(s, "on", {P::length_offset}, c.tcp.on);

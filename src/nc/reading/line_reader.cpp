@@ -5,6 +5,7 @@
 #include <bit>
 #include <utility>
 
+#include "nc/control/comment_text.hpp"
 #include "nc/digits.hpp"
 #include "nc/reading/plain_number.hpp"
 
@@ -24,6 +25,52 @@ constexpr auto kAxisOfLetter = [] {
 }();
 std::uint8_t axis_of(char letter) {
   return kAxisOfLetter[static_cast<std::size_t>(letter - '@') & 31U];
+}
+
+constexpr const char* kOtherOfGroup =
+    "' and another word of its group in one block: which of them counts differs from control to control";
+
+// Words of one group change the same state. Of others each counts for itself.
+EventKind group_of(EventKind kind, const Controller& c) {
+  switch (kind) {
+    case EventKind::length_off:
+    case EventKind::length_or_tcp_off:
+      return EventKind::length_on;
+    case EventKind::tcp_on:
+    case EventKind::tcp_off:
+      return c.tcp.replaces_length ? EventKind::length_on : EventKind::tcp_on;
+    case EventKind::plane_off:
+      return EventKind::plane_on;
+    case EventKind::cycle_off:
+      return EventKind::cycle;
+    default:
+      return kind;
+  }
+}
+
+// Whether both can hold: two kinds of coolant, clamps of two axes.
+bool exclude(const Event& a, const Event& b, const Controller& c) {
+  if (a == b || group_of(a.kind, c) != group_of(b.kind, c)) return false;
+  switch (group_of(a.kind, c)) {
+    case EventKind::spindle:
+    case EventKind::length_on:
+    case EventKind::tcp_on:
+    case EventKind::work_offset:
+    case EventKind::path_mode:
+    case EventKind::plane_on:
+    case EventKind::cutter:
+    case EventKind::cycle_return:
+    case EventKind::cycle:
+    case EventKind::arc:
+      return true;
+    case EventKind::clamp:
+      return a.argument / 2 == b.argument / 2;
+    case EventKind::coolant:
+      return a.argument == static_cast<int>(CoolantKind::off) ||
+             b.argument == static_cast<int>(CoolantKind::off);
+    default:
+      return false;
+  }
 }
 
 // G02 as G2: how the controller file names it.
@@ -92,7 +139,24 @@ bool LineReader::take_axis(Word& word, std::uint8_t axis, LineMotion& m) {
   return true;
 }
 
+bool LineReader::contradicts(const Word& word, const LineMotion& m) const {
+  using Code = SimpleWords::Code;
+  switch (s_.language.simple.code(word.letter, word.number)) {
+    case Code::rapid:
+      return m.kind == MotionKind::feed;
+    case Code::linear:
+      return m.kind == MotionKind::rapid;
+    case Code::per_minute:
+      return m.mode == FeedMode::inverse_time;
+    case Code::inverse_time:
+      return m.mode == FeedMode::per_minute;
+    default:
+      return false;
+  }
+}
+
 bool LineReader::take_simple(Word& word, LineMotion& m) {
+  if (!s_.language.others && contradicts(word, m)) return false;
   switch (s_.language.simple.code(word.letter, word.number)) {
     case SimpleWords::Code::no:
       return false;
@@ -135,6 +199,8 @@ void LineReader::take_modes(LineMotion& m) {
   }
   if (m.mode) s_.set_feed_mode(*m.mode);
   if (m.has_feed) s_.check_point_of_feed(m.feed, std::max(m.column, 1U));
+  if (m.has_feed && m.feed.mantissa <= 0 && s_.program.frame)
+    s_.error(std::max(m.column, 1U), "F is not above 0");
   if (s_.language.others && s_.language.others->per_revolution()) {
     if (m.has_feed &&
         !to_rounded_quanta(m.feed, OtherWords::kTurnDecimals, s_.language.others->feed_of_turn()))
@@ -288,6 +354,8 @@ void LineReader::read_words(const char* begin, const char* p, const char* end) {
   for (auto& comment : parsed_.comments) {
     const bool marked = comment.starts_with(s_.c.comments.mark);
     if (marked) comment.erase(0, s_.c.comments.mark.size());
+    if (!marked && s_.program.frame && acts(s_.c.comments, comment))
+      return s_.error(1, "the control executes the comment '" + comment + "'");
     s_.emit(Comment{std::move(comment), marked});
   }
   run_line();
@@ -325,7 +393,7 @@ void LineReader::run_line() {
   m = {};
   for (std::size_t i = 0; i < parsed_.word_count; ++i) parsed_.words[i].used = false;
   const std::vector<FoundEvent> events = find_events(m);
-  if (!take_words(m)) return;
+  if (contradict(events) || !take_words(m)) return;
   if (s_.program.increments_since != 0 && !counts_absolute(m)) return;
   if (s_.program.ended && (m.words.mask != 0 || !events.empty())) {
     if (std::all_of(events.begin(), events.end(),
@@ -375,6 +443,8 @@ bool LineReader::take_words(LineMotion& m) {
       if (m.has_feed) return s_.error(word.column, "two F words in one block"), false;
       m.has_feed = true;
       m.feed = word.number;
+    } else if (!s_.language.others && contradicts(word, m)) {
+      return s_.error(word.column, "'" + text_of(word) + kOtherOfGroup), false;
     } else if (!take_simple(word, m) && !keep(word)) {
       return unknown_word(word), false;
     }
@@ -384,8 +454,18 @@ bool LineReader::take_words(LineMotion& m) {
 
 // A pattern takes one of them, and what would become of the other no line of a program says.
 bool LineReader::says_twice() {
-  for (std::size_t i = 1; i < parsed_.word_count; ++i) {
+  std::size_t m_words = 0;
+  std::size_t feeds = 0;
+  for (std::size_t i = 0; i < parsed_.word_count; ++i) {
     const Word& word = parsed_.words[i];
+    if (word.letter == 'M' && ++m_words > s_.c.line.m_words && s_.c.line.m_words > 0) {
+      s_.error(word.column,
+               "'" + text_of(word) + "': the control takes " + std::to_string(s_.c.line.m_words) +
+                   " M word in a block and may leave out the others ([line] m_words of " + s_.c.file + ")");
+      return true;
+    }
+    // One may be that of a cycle.
+    if (word.letter == 'F' && ++feeds > 1) return s_.error(word.column, "two F words in one block"), true;
     if (s_.language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U] == 0) continue;
     for (std::size_t j = 0; j < i; ++j) {
       if (parsed_.words[j].letter != word.letter) continue;
@@ -455,6 +535,18 @@ void LineReader::note_head() {
   for (const FoundEvent& phrase : parsed_.phrases) s_.program.frame->head(phrase.pattern->key);
 }
 
+bool LineReader::contradict(const std::vector<FoundEvent>& events) {
+  for (std::size_t i = 1; i < events.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!exclude(events[j].event, events[i].event, s_.c)) continue;
+      const FoundEvent& later = events[j].column > events[i].column ? events[j] : events[i];
+      s_.error(std::max(later.column, 1U), "'" + later.pattern->origin + kOtherOfGroup);
+      return true;
+    }
+  }
+  return false;
+}
+
 Word* LineReader::find_word(const PatternWord& wanted) {
   for (std::size_t i = 0; i < parsed_.word_count; ++i) {
     Word& word = parsed_.words[i];
@@ -500,6 +592,9 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
       moved = true;
     }
     const bool is_shape = kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe;
+    if (is_shape && m.rapid && (kind == EventKind::arc || !s_.language.others))
+      return s_.error(std::max(found.column, 1U),
+                      "'" + s_.c.motion.rapid_suffix + "' in a block that cuts: it would run at rapid rate");
     if (is_shape && m.named) return s_.error(std::max(found.column, 1U), "two motion words in one block");
     if (is_shape) take_modes(m);
     events_.run(found);

@@ -32,8 +32,10 @@ class LineReader {
   bool take_motion(LineMotion& m);
   /// What is left after patterns have taken their words: motion, or not understood.
   bool take_words(LineMotion& m);
-  /// With a message: two words for the tool, or for the speed.
+  /// With a message: two words for the tool, or for the speed; more M words than the control takes.
   bool says_twice();
+  /// It and another word of the line cannot both hold (G0 and G1).
+  bool contradicts(const Word& word, const LineMotion& m) const;
   /// T before M6, S before M3: on lines of their own.
   bool keep(const Word& word);
   bool is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const;
@@ -47,6 +49,8 @@ class LineReader {
   Word* find_word(const PatternWord& wanted);
   /// All words of the pattern in the line, in any order; tool and spindle speed may have come before.
   bool match_words(const Pattern& pattern, FoundEvent& found);
+  /// With a message: two words of one group, of which the control takes one.
+  bool contradict(const std::vector<FoundEvent>& events);
   void run_events(const std::vector<FoundEvent>& events, LineMotion& m);
   static bool excludes_motion(EventKind kind);
 

@@ -94,7 +94,7 @@ void LineReader::run_line_of_others() {
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
   leave_feed_of_tcp(events);
-  if (!take_words(m)) return;
+  if (contradict(events) || !take_words(m)) return;
   if (!s_.c.motion.modal && m.words.mask != 0 && s_.modal.tcp &&
       std::any_of(events.begin(), events.end(),
                   [](const FoundEvent& found) { return found.event.kind == EventKind::tcp_off; }))

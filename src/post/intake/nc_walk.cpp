@@ -201,9 +201,21 @@ void NcWalk::come_from_above(SourceRef where) {
   if (std::exchange(moved_.low, false)) put(where, cl::PostWord{"RETRCT", {}});
 }
 
+bool NcWalk::rises_to_height(const BlockEnd& from, const BlockEnd& to) const {
+  constexpr double kBeside = 0.05;  // mm, rad: digits of the words far from the axes
+  const auto z = origin_.machine->axis("Z");
+  if (!to.tcp || !z || !origin_.machine->safe.is_safe(to.q[*z], 1.0)) return false;
+  for (AxisId id = 0; id < axis_words_.count; ++id)
+    if (id != *z && std::abs(to.q[id] - from.q[id]) > kBeside) return false;
+  return true;
+}
+
 // Whoever posts the path has a safe height of its own, and comes from there.
 void NcWalk::take(const nc::Retract& retract, SourceRef where) {
   if ((retract.axes & nc::AxisWords::bit(nc::AxisLetter::Z)) != 0) {
+    // Its own height is that of its machine.
+    if (moved_.risen != 0 && moved_.risen == records_.size()) records_.pop_back();
+    moved_.risen = 0;
     come_from_above(where);
     moved_.above = true;
   }
@@ -451,7 +463,9 @@ void NcWalk::take(const nc::Motion& motion) {
     const cl::Motion out{pose.tip_P, pose.axis_P, {}, true, false};
     // Under tool-centre-point control it says X, Y and Z together where it is over the part.
     if (at_ || !end.tcp) {
+      const bool rises = at_ && rises_to_height(*at_, end);
       put(motion.source, out);
+      if (rises) moved_.risen = records_.size();
     } else {
       put_tool();
       put_approach();

@@ -85,6 +85,8 @@ class NcWalk {
   bool comes_down(const nc::Motion& motion, const JointVector& words) const;
   /// What follows comes from the safe height: how the program gets there its blocks have not said.
   void come_from_above(SourceRef where);
+  /// Straight up to the safe height of its machine, where tool-centre-point control ends.
+  bool rises_to_height(const BlockEnd& from, const BlockEnd& to) const;
   void put_rotary(const BlockEnd& end, SourceRef where);
   /// A tool keeps the length register that it began with.
   void hold_register(std::int64_t number, SourceRef where);
@@ -117,6 +119,7 @@ class NcWalk {
     bool ever = false;
     bool low = false;                 // since it came from the safe height last
     bool above = false;               // a retract took Z to its height, and nothing has said Z since
+    std::size_t risen = 0;            // records with the rapid that rose to the safe height; 0: none
     std::optional<JointVector> over;  // and there rapids have said all other axes: the words, Z left out
   } moved_;
 };

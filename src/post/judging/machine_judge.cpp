@@ -10,6 +10,8 @@
 namespace trunnion::post {
 namespace {
 
+constexpr double kSameAxis_rad = 1e-5;  // the rounding of the angles
+
 FollowLimits follow_limits(const JudgedMachine& judged, const TableKinematics& kinematics) {
   const VerifyOptions& o = judged.options;
   return {o.tolerance_mm,
@@ -435,6 +437,11 @@ void MachineJudge::rapid(const Vertex& v) {
   match_end_of_cut();
   trail_.clear();
   if (program_judge_ && v.tcp) judge_swing(v);
+  if (rises(v)) {
+    settle_rapid_end();
+    progress_.away = true;
+    return record_.end_block(v, path_.here().line, false);
+  }
   if (is_back_at_rapid(v) || comes_nearer(v)) return;
   settle_rapid_end();
   const std::size_t next = path_.next();
@@ -458,6 +465,20 @@ void MachineJudge::rapid(const Vertex& v) {
   if (program_judge_ && !met) judge_rapid(v);
   if (met) path_.go_to(next);
   record_.end_block(v, target != nullptr ? target->line : 0, met);
+}
+
+bool MachineJudge::rises(const Vertex& v) const {
+  const Vertex& from = *ends_.previous;
+  const auto z = judged_.machine.axis("Z");
+  const Target* target = path_.target();
+  if (!v.tcp || !judged_.controller.length.moves_at_once || v.from_unknown || progress_.away || !z)
+    return false;
+  if (target != nullptr && target->rapid && path_.hits(v, *target)) return false;
+  // A shift of the work offset asks for room at the end of the travel, as for SafeWalk.
+  const double room_mm = 1.0 + 2.0 * options().offset_limits.clamp_mm;
+  const Vec3 way = v.tip_P - from.tip_P;
+  return judged_.machine.safe.is_safe(v.q[*z], room_mm) && way.dot(from.axis_P) > (1.0 - 1e-6) * way.norm() &&
+         angle_between(v.axis_P, from.axis_P).rad() <= kSameAxis_rad;
 }
 
 // The end of the rapid at which it left.
@@ -740,7 +761,6 @@ bool MachineJudge::leaves(const Vertex& v) {
   const Vertex& from = *ends_.previous;
   const Vec3 way = v.tip_P - from.tip_P;
   const bool along_axis = way.dot(from.axis_P) > (1.0 - 1e-6) * way.norm();
-  constexpr double kSameAxis_rad = 1e-5;  // the rounding of the angles
   if (!along_axis || way.norm() < path_.hit_tolerance_mm() ||
       angle_between(v.axis_P, from.axis_P).rad() > kSameAxis_rad)
     return false;

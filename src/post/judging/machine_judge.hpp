@@ -205,6 +205,8 @@ class MachineJudge {
   void judge_rapid(const Vertex& v);
   void judge_feed_to(const Target& target, std::uint32_t nc_line);
   bool turns_in_place(const Vertex& v) const;
+  /// A rapid straight up to the safe height, where tool-centre-point control ends: a retract.
+  bool rises(const Vertex& v) const;
   /// Points of a rapid may lie within reach of its end: it is met by the block that comes nearest.
   bool comes_nearer(const Vertex& v);
   /// A rapid under tool-centre-point control: the part may not swing below the safe height.

@@ -63,7 +63,7 @@ void ProgramReplay::take(const nc::Block& block) {
                  [&](const nc::TiltedPlane& b) { take(b); },
                  [&](const nc::ProgramEnd&) { walk_.needs_height("the program ends", line()); },
                  [&](const nc::CutterCompensation& b) { in_force_.switch_cutter(b.side); },
-                 [&](const nc::LengthCompensation& b) { in_force_.add_length(b.number > 0); },
+                 [&](const nc::LengthCompensation& b) { take(b); },
                  [&](const nc::WorkOffset& b) { in_force_.shift.read(b); },
                  [&](const nc::OffsetShift& b) { in_force_.shift.read(b); },
                  [&](const nc::LatchValues& b) { hand_on(b); }, [&](const nc::RunTimeStep& b) { hand_on(b); },
@@ -154,7 +154,13 @@ void ProgramReplay::take(const nc::ToolCall& call) {
   hand_on(InSpindle{in_force_.tool.length_mm});
 }
 
+void ProgramReplay::take(const nc::LengthCompensation& length) {
+  if (controller_.length.moves_at_once) walk_.changes_length(line());
+  in_force_.add_length(length.number > 0);
+}
+
 void ProgramReplay::take(const nc::TcpControl& control) {
+  if (controller_.tcp.replaces_length && controller_.length.moves_at_once) walk_.changes_length(line());
   in_force_.tcp = control.on;
   if (controller_.tcp.replaces_length) in_force_.add_length(false);
 }

@@ -55,6 +55,7 @@ class ProgramReplay {
   void take(const nc::ToolCall& call);
   void take(const nc::Retract& retract);
   void take(const nc::TiltedPlane& plane);
+  void take(const nc::LengthCompensation& length);
   void take(const nc::TcpControl& control);
   void take(const nc::Spindle& spindle);
   void take(const nc::Arc& arc);

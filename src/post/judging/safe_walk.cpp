@@ -199,6 +199,14 @@ void SafeWalk::stands(const JointVector& q) {
   tool_is_named_ = true;
 }
 
+void SafeWalk::changes_length(std::uint32_t nc_line) {
+  if (z_ && known_[*z_] && !is_up())
+    find(nc_line,
+         "the length of the tool is said or ended below the safe height, where the control may move Z by it "
+         "at once ([length] moves_at_once): " +
+             height_text());
+}
+
 void SafeWalk::needs_height(const char* what, std::uint32_t nc_line) {
   if (!walks_) find(nc_line, std::string(what) + " before the tool has left the part: " + height_text());
 }

@@ -43,6 +43,8 @@ class SafeWalk {
               std::uint32_t nc_line);
   /// The end of motions that were on the CL path.
   void stands(const JointVector& q);
+  /// Words of the tool's length that may move Z by it at once.
+  void changes_length(std::uint32_t nc_line);
   /// What may only be done away from the part.
   void needs_height(const char* what, std::uint32_t nc_line);
 

@@ -34,8 +34,18 @@ Result<void> SafeWay::retract(SourceRef where) {
   if (const auto fault = safe_height_fault(work_.posting.machine, work_.tool.tool.length_mm)) {
     return refuse(*fault + " ([retract], [table] and [part] of " + work_.posting.machine.file + ")");
   }
+  if (auto r = rise_under_tcp(where); !r) return r;
   work_.at.up = true;
   return write_retract(nc::AxisLetter::Z, *safe.z_mm());
+}
+
+// Where the word that ends tool-centre-point control may move Z by the length of the tool it stands at the
+// safe height, as the one that begins it does.
+Result<void> SafeWay::rise_under_tcp(SourceRef where) {
+  const nc::Controller& c = work_.posting.controller;
+  const bool on = std::exchange(work_.at.tcp, false);  // the retract ends it
+  if (!on || !c.tcp.replaces_length || !c.length.moves_at_once) return {};
+  return blocks_.write(above(work_.at.joints), nc::MotionKind::rapid, {}, where);
 }
 
 Result<void> SafeWay::write_retract(nc::AxisLetter letter, double position_mm) {
@@ -141,6 +151,7 @@ Result<void> SafeWay::turn(const JointVector& q, SourceRef where) {
   if (auto r = clamp_standing(); !r) return r;
   if (!work_.posting.options.rtcp)
     return blocks_.write(q, nc::MotionKind::rapid, {}, where, static_cast<std::uint16_t>(~rotary & ~kZBit));
+  work_.at.tcp = true;
   if (auto r = work_.posting.write(nc::TcpControl{true, work_.tool.length_register}); !r) return r;
   return blocks_.write(above(q), nc::MotionKind::rapid, {}, where);
 }

@@ -27,6 +27,7 @@ class SafeWay {
 
  private:
   void tell_undone_turn(const path::Point& to);
+  Result<void> rise_under_tcp(SourceRef where);
   Result<void> write_retract(nc::AxisLetter letter, double position_mm);
   Result<void> clamp_standing();
   JointVector above(const JointVector& q) const;
