@@ -56,9 +56,10 @@ bool of_one_quantity(const Observations& o, std::size_t run, Quantity quantity) 
 
 std::vector<RunFactor> factors_of(const Observations& o, std::size_t run) {
   std::vector<RunFactor> out = {{.run = run, .factor = -1.0}};
-  if (of_one_quantity(o, run, Quantity::rotation))
-    for (const double factor : {kUradPerArcsec, 1.0 / kUradPerArcsec})
-      out.push_back({.run = run, .factor = factor});
+  if (!of_one_quantity(o, run, Quantity::rotation)) return out;
+  out.push_back({.run = run, .factor = kUradPerArcsec});
+  // Smaller readings beside the same uncertainties would explain away whatever is not understood.
+  out.push_back({.run = run, .factor = 1.0 / kUradPerArcsec, .with_uncertainty = true});
   return out;
 }
 
@@ -85,8 +86,9 @@ RunFactors run_factors(const Atoms& all_shapes, const Atoms::Multiplicity& multi
     changed.white += changed.projected(more);
     const EffectSet set = best(Atoms(atoms, changed), multiplicity, level, depth);
     f.gain = as_they_are - cost(set, f, rows);
+    if (f.factor < 1.0) return;
     RunFactor other = f;
-    other.with_uncertainty = f.factor > 0.0;
+    other.with_uncertainty = true;
     other.gain = as_they_are - cost(set, other, rows);
     if (other.gain > f.gain) f = other;
   });
