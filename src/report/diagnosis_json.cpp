@@ -211,6 +211,7 @@ std::string diagnosis_json(const Diagnosis& d, const Machine& machine) {
                         {"after_adding_depends_on", dependences(d.leftover)}}},
                       {"data_problems", d.rows.problems},
                       {"bookkeeping", bookkeeping_json(d.bookkeeping)},
+                      {"odd_runs", d.rows.odd_runs},
                       {"held_out_harm", harm_json(d.harm)},
                       {"formula", formula_json(d.formula)},
                       {"next_measurement", d.next ? next_json(*d.next, machine) : ordered_json(nullptr)},

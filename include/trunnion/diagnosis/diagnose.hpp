@@ -78,6 +78,7 @@ struct HeldOutHarm {
 struct BadRows {
   std::vector<std::string> problems;  // rows that cannot be right, file:row first
   bool contradicted = false;          // rows contradict each other, or stand twice
+  std::vector<std::string> odd_runs;  // without any one of these runs the others leave only noise
 };
 
 struct NextMeasurement {

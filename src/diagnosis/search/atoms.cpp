@@ -102,11 +102,40 @@ Atoms::Atoms(const Observations& observations, const FitCore& base, std::vector<
   });
   for (Task& task : tasks)
     for (Atom& atom : task.out) atoms_.push_back(std::move(atom));
-  for (const Atom& atom : atoms_) first_.push_back((first_.empty() ? 0 : first_.back()) + atom.rank());
-  first_.insert(first_.begin(), 0);
-  Atom residual;
-  residual.span = std::make_shared<Eigen::MatrixXf>(base_.white.cast<float>());
-  moments_ = *with_all(residual);
+  count_columns();
+}
+
+Atoms::Atoms(const Atoms& other, const FitCore& base)
+    : o_(other.o_),
+      base_(base),
+      library_(other.library_),
+      atoms_(other.atoms_),
+      first_(other.first_),
+      moments_(with_residual()),
+      memory_(other.memory_),
+      rough_(other.rough_) {}
+
+Atoms Atoms::without_shapes() const {
+  Atoms out = *this;
+  std::erase_if(out.atoms_, [](const Atom& atom) { return !atom.shape.empty(); });
+  out.memory_ = std::make_shared<Memory>();
+  out.count_columns();
+  return out;
+}
+
+void Atoms::count_columns() {
+  first_ = {0};
+  for (const Atom& atom : atoms_) first_.push_back(first_.back() + atom.rank());
+  moments_ = with_residual();
+}
+
+Eigen::MatrixXf Atoms::with_residual() const {
+  const Eigen::VectorXf residual = base_.white.cast<float>();
+  Eigen::MatrixXf out(first_.back(), 1);
+  oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t i) {
+    out.middleRows(first_[i], atoms_[i].rank()) = inner_products(atoms_[i].U(), residual);
+  });
+  return out;
 }
 
 std::vector<Atom> Atoms::make_atoms(std::size_t family, std::size_t variant,
@@ -189,15 +218,16 @@ Products Atoms::products(const std::vector<const Atom*>& set) const {
 
 std::shared_ptr<const Eigen::MatrixXf> Atoms::with_all(const Atom& atom) const {
   {
-    const std::scoped_lock lock(mutex_);
-    if (const auto found = kept_.find(atom.span.get()); found != kept_.end()) return found->second.products;
+    const std::scoped_lock lock(memory_->mutex);
+    const auto found = memory_->kept.find(atom.span.get());
+    if (found != memory_->kept.end()) return found->second.products;
   }
   auto out = std::make_shared<Eigen::MatrixXf>(first_.back(), atom.rank());
   oneapi::tbb::parallel_for(std::size_t{0}, atoms_.size(), [&](std::size_t i) {
     out->middleRows(first_[i], atoms_[i].rank()) = inner_products(atoms_[i].U(), atom.U());
   });
-  const std::scoped_lock lock(mutex_);
-  kept_[atom.span.get()] = {atom.span, out};
+  const std::scoped_lock lock(memory_->mutex);
+  memory_->kept[atom.span.get()] = {atom.span, out};
   return out;
 }
 

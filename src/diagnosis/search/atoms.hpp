@@ -42,6 +42,10 @@ struct Score {
 class Atoms {
  public:
   Atoms(const Observations& observations, const FitCore& base, std::vector<EffectFamily> library);
+  /// The same effects beside other readings: `base` is that of `other` but for its residual.
+  Atoms(const Atoms& other, const FitCore& base);
+  /// The effects that have no shape to be searched.
+  Atoms without_shapes() const;
 
   const std::vector<EffectFamily>& library() const { return library_; }
   const std::vector<Atom>& all() const { return atoms_; }
@@ -84,18 +88,24 @@ class Atoms {
                                const std::vector<std::vector<double>>& shapes) const;
   // Inner products of every atom with one: of all atoms' columns, one below the other, with its columns.
   std::shared_ptr<const Eigen::MatrixXf> with_all(const Atom& atom) const;
+  // Where the columns of each atom are among all, and what they make with the white residual of the base.
+  void count_columns();
+  Eigen::MatrixXf with_residual() const;
   const Observations& o_;
   const FitCore& base_;
   std::vector<EffectFamily> library_;
   std::vector<Atom> atoms_;
   std::vector<Eigen::Index> first_;  // of each atom among all columns
-  Eigen::MatrixXf moments_;          // of all columns with the white residual of the base
-  mutable std::mutex mutex_;
+  Eigen::MatrixXf moments_;          // with_residual()
   // By the columns' address: they are kept with what was found.
   struct Kept {
     std::shared_ptr<const Eigen::MatrixXf> of, products;
   };
-  mutable std::map<const Eigen::MatrixXf*, Kept> kept_;
+  struct Memory {
+    std::mutex mutex;
+    std::map<const Eigen::MatrixXf*, Kept> kept;
+  };
+  std::shared_ptr<Memory> memory_ = std::make_shared<Memory>();
   bool rough_ = false;
 };
 

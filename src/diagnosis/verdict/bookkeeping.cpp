@@ -1,6 +1,7 @@
 #include "diagnosis/verdict/bookkeeping.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -28,12 +29,15 @@ constexpr double kLeastNoise = 0.5;     // the same: less is no scatter that a m
 constexpr double kNoise = 1.4;          // chi-square per degree of a rest that is noise
 constexpr double kNearlyAll = 0.9;      // share where effects explain the readings too, with more parameters
 constexpr double kAbsurd = 50.0;        // usual magnitudes: no tool was set as badly; of the model's own too
-constexpr double kAbsurdOfMachine = 500.0;   // no error of a machine that moves is as large
-constexpr double kEvidence = 30.0;           // in -2 ln
-constexpr double kRival = 13.8;              // 1000 : 1, as between effects: what is nearer stays open
-constexpr double kAsGood = 30.0;             // of a further convention beside the best
-constexpr std::size_t kMostReadings = 2500;  // a convention concerns all: more only take time
-constexpr std::size_t kSearched = 5;         // conventions beside which effects are searched
+constexpr double kAbsurdOfMachine = 500.0;     // no error of a machine that moves is as large
+constexpr double kEvidence = 30.0;             // in -2 ln
+constexpr double kMoreEvidence = 90.0;         // the same where not only noise is left
+constexpr double kRival = 13.8;                // 1000 : 1, as between effects: what is nearer stays open
+constexpr double kAsGood = 30.0;               // of a further convention beside the best
+constexpr std::size_t kMostReadings = 2500;    // a convention concerns all: more only take time
+constexpr std::size_t kSearched = 5;           // conventions beside which effects are searched
+constexpr std::ptrdiff_t kSearchedOfRuns = 2;  // the same of single runs, signs and units apart
+constexpr double kOfBestRun = 0.1;             // least share of the best one's gain that is worth it
 constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
 constexpr double kMostOutliers = 0.05;
 constexpr double kMostOffset_mm = 500.0;
@@ -156,14 +160,19 @@ struct RightFiles {
 
 struct Accepted {
   Bookkeeping said;
-  double deviance = 0.0;
-  bool sure = false;  // no effect does about as well
+  double deviance = 0.0;  // with the price of the effects beside it
+  bool sure = false;      // no effect does about as well
 };
 
 class Judge {
  public:
-  Judge(const Observations& whole, const Model& model, const Diagnosis& said, const EffectSearch& search)
-      : machine_(whole.machine()), data_(thinned_out(whole)), model_(model), search_(search) {
+  Judge(const Observations& whole, const Model& model, const Diagnosis& said, const RunFactors& of_runs,
+        const EffectSearch& search)
+      : machine_(whole.machine()),
+        data_(thinned_out(whole)),
+        model_(model),
+        of_runs_(of_runs),
+        search_(search) {
     found_ = with(model_, said.additions);
     found_columns_ = columns_of(said.additions);
     families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
@@ -462,9 +471,31 @@ class Judge {
     all = std::move(kept);
   }
 
+  // Of single runs, what does better with effects of its own: those that were found may suit the mistake.
+  void add_runs(std::vector<Trial>& all) const {
+    std::array<std::ptrdiff_t, 2> added = {0, 0};
+    for (const RunFactor& f : of_runs_.better) {
+      if (f.gain < std::max(kRival, kOfBestRun * of_runs_.better.front().gain)) return;
+      if (added[f.factor < 0.0 ? 0 : 1]++ >= kSearchedOfRuns) continue;
+      Convention c;
+      c.kind = f.factor < 0.0 ? ConventionKind::reading_sense : ConventionKind::unit;
+      c.run = f.run;
+      c.with_uncertainty = f.with_uncertainty;
+      if (c.kind == ConventionKind::unit) {
+        c.quantity = Quantity::rotation;
+        c.factor = f.factor;
+      }
+      const bool known = std::any_of(all.begin(), all.end(), [&](const Trial& t) {
+        return t.what.kind == c.kind && t.what.run == c.run && t.what.factor == c.factor &&
+               t.what.with_uncertainty == c.with_uncertainty;
+      });
+      if (!known) all.push_back(tried(c));
+    }
+  }
+
   WrongConventions fitted_conventions() {
     auto all = trials();
-    tried_ = static_cast<double>(all.size());
+    tried_ = static_cast<double>(all.size()) + of_runs_.tried;
     // Readings that hardly scatter are cured by no other unit than a larger one.
     const auto cures = [&](const Convention& c) {
       return c.kind != ConventionKind::unit || !c.axes.empty() || !small_readings_ ||
@@ -482,6 +513,11 @@ class Judge {
       return t.base.floor + t.base.parameters * n + price(t.what) > to_beat + kRival;
     });
     best_of_each_kind(all);
+    add_runs(all);
+    // Both sides go on searching.
+    if (!said_clean_ && found_columns_ > 0.0 &&
+        std::any_of(all.begin(), all.end(), [](const Trial& t) { return t.what.run.has_value(); }))
+      found_ = with(found_, search_(machine_, data_, found_).additions);
     std::vector<Accepted> accepted;
     for (const Trial& t : all) {
       auto said = judged(t);
@@ -499,11 +535,20 @@ class Judge {
     return out;
   }
 
+  // A search finds a few effects at once: where they are sure and not all, a second one goes on.
+  Diagnosis searched(const PutRight& right, bool goes_on) const {
+    Diagnosis first = search_(right.machine, right.data, right.model);
+    if (!goes_on || clean(first) || first.additions.empty()) return first;
+    Diagnosis out = search_(right.machine, right.data, with(right.model, first.additions));
+    out.additions.insert(out.additions.begin(), first.additions.begin(), first.additions.end());
+    return out;
+  }
+
   // Effects are searched once more beside the convention; both sides then have the best that they can.
   std::optional<Accepted> judged(const Trial& t) const {
     const Dataset known = with_known_state(data_, t.what);
     const PutRight right = put_right(machine_, model_, known, t.what);
-    const Diagnosis beside = search_(right.machine, right.data, right.model);
+    const Diagnosis beside = searched(right, t.what.run.has_value());
     std::vector<bool> flags = beside.base.outlier;
     if (static_cast<double>(std::count(flags.begin(), flags.end(), true)) >
         kMostOutliers * static_cast<double>(flags.size()))
@@ -536,10 +581,14 @@ class Judge {
                             after.reduced() < kNoise;
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
-    Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance};
+    // A further effect is missing beside the run that is put right, and is small.
+    const bool little_stays = t.what.run && share > kNearlyAll && after.reduced() < kNoise &&
+                              needed_effects <= best_effects && evidence >= kMoreEvidence;
+    Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance +
+                                                         after.parameters * n + selection(needed_effects)};
     // An effect that nobody needs any more is evidence, too, and has been paid for like the others.
     const double enough = needed_effects < best_effects && noise_only_now ? kRival : kEvidence;
-    out.sure = evidence >= enough && (noise_only_now || steps_stay || far_nearer);
+    out.sure = evidence >= enough && (noise_only_now || steps_stay || far_nearer || little_stays);
     if (out.sure) return out;
     // Effects do about as well: nobody can tell from these readings.
     const bool rival = found_columns_ > 0.0 && noise_only_now && evidence > -kRival;
@@ -655,6 +704,7 @@ class Judge {
   const Machine& machine_;
   Dataset data_;
   const Model& model_;
+  const RunFactors& of_runs_;
   const EffectSearch& search_;
   Model found_;
   double found_columns_ = 0.0;
@@ -670,8 +720,8 @@ class Judge {
 }  // namespace
 
 WrongConventions wrong_conventions(const Observations& whole, const Model& model, const Diagnosis& said,
-                                   const EffectSearch& search) {
-  return Judge(whole, model, said, search).run();
+                                   const RunFactors& of_runs, const EffectSearch& search) {
+  return Judge(whole, model, said, of_runs, search).run();
 }
 
 }  // namespace trunnion::diagnosis

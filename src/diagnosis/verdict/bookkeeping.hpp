@@ -4,6 +4,7 @@
 #include "trunnion/diagnosis/diagnose.hpp"
 
 #include "diagnosis/fit/observations.hpp"
+#include "diagnosis/search/run_factors.hpp"
 
 namespace trunnion::diagnosis {
 
@@ -16,12 +17,16 @@ struct WrongConventions {
   bool sure = true;  // else the effects that were found do about as well
 };
 
-/// README of this layer, "Conventions". `said`: what the effects explain.
+/// README of this layer, "Conventions". `said`: what the effects explain; `of_runs`: what they would explain
+/// were the readings of one run others.
 WrongConventions wrong_conventions(const Observations& whole, const Model& model, const Diagnosis& said,
-                                   const EffectSearch& search);
+                                   const RunFactors& of_runs, const EffectSearch& search);
 
 /// All conventions that these files could have wrong; offsets and shifts with their starting values.
 std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model);
+
+/// Names of the files that hold readings of one run.
+std::string files_of_run(const Dataset& data, std::size_t run);
 
 /// What to put right and where, in one sentence.
 std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data);

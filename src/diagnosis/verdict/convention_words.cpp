@@ -1,20 +1,27 @@
+#include <algorithm>
 #include <cmath>
 
 #include "trunnion/base/number_text.hpp"
 
+#include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
-std::string listed_files(const Dataset& data) {
+std::string listed_files(const std::vector<std::string>& files) {
   std::string out;
-  for (const std::string& file : data.files) {
+  for (const std::string& file : files) {
     if (!out.empty()) out += ", ";
     out += file;
   }
   return out.empty() ? "the measurement file" : out;
+}
+
+// Without a run all files.
+std::string listed_files(const Dataset& data, const std::optional<std::size_t>& run = {}) {
+  return run ? files_of_run(data, *run) : listed_files(data.files);
 }
 
 std::string column(const Machine& machine, const std::string& axis) {
@@ -40,6 +47,10 @@ std::string joined_columns(const Machine& machine, const std::vector<std::string
   return out;
 }
 
+bool is_factor(double factor, double known) {
+  return std::abs(factor / known - 1.0) < 1e-6;
+}
+
 std::string unit_words(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
   const double f = b.convention.factor;
   const double by = f >= 1.0 ? f : 1.0 / f;
@@ -50,15 +61,18 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
            times + ": they are in another unit than the column says";
   const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   const std::string of = b.run.empty() ? "" : " of run '" + b.run + "'";
-  return what + of + " in " + listed_files(data) + " are " + times +
+  const std::string arcsec = is_factor(f, kUradPerArcsec)         ? " (arcsec where it says urad)"
+                             : is_factor(f, 1.0 / kUradPerArcsec) ? " (urad where it says arcsec)"
+                                                                  : "";
+  return what + of + " in " + listed_files(data, b.convention.run) + " are " + times +
          (b.convention.with_uncertainty ? ", with their uncertainties" : " (`value`, against u_random)") +
-         ": they are in another unit than `unit` says";
+         ": they are in another unit than `unit` says" + arcsec;
 }
 
 std::string sense_words(const Bookkeeping& b, const Dataset& data) {
   std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   if (!b.run.empty()) what = "The readings of run '" + b.run + "'";
-  return what + " in " + listed_files(data) +
+  return what + " in " + listed_files(data, b.convention.run) +
          " have the wrong sign: `value` is actual minus nominal, of the tool relative to the part, along n";
 }
 
@@ -106,6 +120,15 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
 }
 
 }  // namespace
+
+std::string files_of_run(const Dataset& data, std::size_t run) {
+  std::vector<std::string> of_run;
+  for (std::size_t file = 0; file < data.files.size(); ++file)
+    if (std::any_of(data.readings.begin(), data.readings.end(),
+                    [&](const Reading& r) { return data.run_of(r) == run && data.rows[r.row].file == file; }))
+      of_run.push_back(data.files[file]);
+  return listed_files(of_run);
+}
 
 std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
   const std::string out = told(b, machine, data) + ". With that put right chi-square ";

@@ -5,13 +5,13 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/fit/median.hpp"
+#include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/bookkeeping_figures.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kArcsecond_urad = 4.84813681109536;
 constexpr std::array kClockSteps = {120.0,  180.0,  300.0,  450.0,  600.0,  900.0, 1200.0,
                                     1500.0, 1800.0, 2400.0, 3600.0, 5400.0, 7200.0};  // s
 
@@ -111,7 +111,7 @@ class Listed {
       if (q == Quantity::displacement)
         for (const double factor : {kMmPerInch, 1.0 / kMmPerInch}) unit(q, factor, true);
       if (q == Quantity::rotation)
-        for (const double factor : {kArcsecond_urad, 1.0 / kArcsecond_urad, kDegreePerRad, kRadPerDegree})
+        for (const double factor : {kUradPerArcsec, 1.0 / kUradPerArcsec, kDegreePerRad, kRadPerDegree})
           unit(q, factor, true);
     }
     units_of_runs();

@@ -13,9 +13,11 @@
 #include "diagnosis/search/leftover.hpp"
 #include "diagnosis/search/neighbours.hpp"
 #include "diagnosis/search/ranking.hpp"
+#include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/search/turn_numbers.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
+#include "diagnosis/verdict/odd_runs.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -90,6 +92,8 @@ class Engine {
         }
       }
       fill(d, atoms, outcome);
+      if (options_.conventions && something_is_wrong(d))
+        run_factors_ = run_factors(atoms, multiplicity_, level(), options_.max_effects);
       left_out_ = base.whitening->noise().used;
       left_out_.flip();
       return d;
@@ -97,6 +101,8 @@ class Engine {
   }
   /// After run(): the readings that count as outliers, one flag for each of those that are judged.
   const std::vector<bool>& left_out() const { return left_out_; }
+  /// After run(), where something is wrong: of single runs, whose readings may have the wrong sign or unit.
+  const RunFactors& of_runs() const { return run_factors_; }
 
  private:
   double level() const { return kShareOfLevel * options_.alpha; }
@@ -377,6 +383,11 @@ class Engine {
     return chi2_p(chi2, dof) < kChi2Level;
   }
 
+  static bool something_is_wrong(const Diagnosis& d) {
+    return !d.rows.contradicted && d.verdict != Verdict::nothing_to_find &&
+           d.verdict != Verdict::not_testable;
+  }
+
   // Whether any effect of the machine's geometry or motion can be seen at all; those of time and set-up
   // always can.
   bool testable(const Diagnosis& d) const {
@@ -573,6 +584,7 @@ class Engine {
   std::unique_ptr<Search> search_;
   bool keep_all_ = false;  // no reading is an outlier
   std::vector<bool> left_out_;
+  RunFactors run_factors_;
 };
 
 }  // namespace
@@ -682,11 +694,11 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   Diagnosis out = first.run();
   if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
-  quick.plan = quick.formula = false;
-  WrongConventions wrong =
-      wrong_conventions(*whole, model, out, [&](const Machine& m, const Dataset& d, const Model& known) {
-        return engine(std::make_shared<const Observations>(m, d), known, quick).run();
-      });
+  quick.plan = quick.formula = quick.conventions = false;
+  const EffectSearch search = [&](const Machine& m, const Dataset& d, const Model& known) {
+    return engine(std::make_shared<const Observations>(m, d), known, quick).run();
+  };
+  WrongConventions wrong = wrong_conventions(*whole, model, out, first.of_runs(), search);
   out.bookkeeping = std::move(wrong.likely);
   if (!out.bookkeeping.empty() && !wrong.sure) {
     // Neither is compensated before somebody has looked.
@@ -698,6 +710,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   if (out.bookkeeping.empty()) {
     if (!out.rows.problems.empty()) blame_rows(out);
     if (options.formula) propose(machine, data, first.left_out(), out);
+    blame_odd_runs(*whole, model, out, search);
     return out;
   }
   out.verdict = Verdict::bookkeeping;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "diagnosis/verdict/bookkeeping.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -294,6 +296,21 @@ std::string either_text(const Diagnosis& d) {
          " If the files are right, then it is an effect. Compensate nothing before that is known.";
 }
 
+std::string odd_runs_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
+                          const Dataset& data, const std::vector<std::size_t>& runs) {
+  std::vector<std::string> names, not_needed;
+  for (const std::size_t run : runs)
+    names.push_back("'" + data.context.runs[run].id + "' (" + files_of_run(data, run) + ")");
+  for (const std::string& id : before)
+    if (std::find(now.begin(), now.end(), id) == now.end()) not_needed.push_back(id);
+  return "The readings of run " + listed(names, " or of run ") +
+         " do not go with the others: without them only noise is left" +
+         (not_needed.empty() ? "" : ", and nothing asks for " + listed(not_needed, " and ")) +
+         ". Either that run was measured otherwise than its columns say (sign, unit, scale, direction n, an "
+         "instrument that drifts), or it alone shows an error that no effect of the library follows: check "
+         "the file, and measure it once more before anything is compensated that only it shows.";
+}
+
 std::string what_next(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && !d.bookkeeping.empty())
     return either_text(d) + (d.next ? " " + d.next->why : "");
@@ -303,6 +320,9 @@ std::string what_next(const Diagnosis& d) {
   if (d.harm)
     return "Measure run '" + d.harm->run +
            "' once more, with a set-up of its own: what the other runs say does not hold in it.";
+  if (!d.rows.odd_runs.empty())
+    return "Measure run '" + listed(d.rows.odd_runs, "' or run '") +
+           "' once more, with a set-up of its own: without its readings only noise is left.";
   if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
     return "No run of the menu helps here: " + d.paragraph;
   if (d.number_is_open())

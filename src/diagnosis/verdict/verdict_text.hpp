@@ -26,4 +26,9 @@ std::string bookkeeping_text(const std::vector<Bookkeeping>& all);
 /// That a convention or the effects that were found are wrong, and how to see which.
 std::string either_text(const Diagnosis& d);
 
+/// Which runs do not go with the others, and which effects only they asked for: of those that were named
+/// `before`, the ones that are not named `now`.
+std::string odd_runs_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
+                          const Dataset& data, const std::vector<std::size_t>& runs);
+
 }  // namespace trunnion::diagnosis

@@ -1,0 +1,10 @@
+#pragma once
+#include "diagnosis/verdict/bookkeeping.hpp"
+
+namespace trunnion::diagnosis {
+
+/// Where structure is left: runs without which only noise is. What only they ask for is named no more (README
+/// of this layer, "Held out").
+void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d, const EffectSearch& search);
+
+}  // namespace trunnion::diagnosis
