@@ -82,7 +82,8 @@ struct Probe {
 
 std::vector<Probe> machine_probes() {
   const std::string tables =
-      "[tool]\n[part]\n[output]\n[retract]\n[table]\n[datum.probed_at]\n[thermal.axis_sensors]\nX = "
+      "[tool]\n[spindle]\n[part]\n[output]\n[retract]\n[table]\n[datum.probed_at]\n[thermal.axis_sensors]\nX "
+      "= "
       "\"bed\"\n";
   std::vector<Probe> out;
   for (const std::string& machine : probe_machines()) out.push_back({machine + tables, {}, {}, {}});

@@ -68,10 +68,10 @@ Result<Machine> machine_of(const ModelEffectsOptions& options, Diagnostics& diag
 // data.
 EffectContext context_of(Machine& machine) {
   EffectContext context;
-  context.names.temperatures.push_back(machine.ambient_sensor);
+  context.names.temperatures.push_back(machine.sensors.ambient);
   for (const Axis& axis : machine.axes) {
     if (axis.kind != AxisKind::linear) continue;
-    const auto [sensor, added] = machine.axis_sensors.try_emplace(axis.name, "screw_" + axis.name);
+    const auto [sensor, added] = machine.sensors.axes.try_emplace(axis.name, "screw_" + axis.name);
     context.names.temperatures.push_back(sensor->second);
   }
   context.runs.push_back({"run", 3600.0});

@@ -102,7 +102,7 @@ std::vector<report::Fact> setup_facts(const PostCommand& command, const MachineF
   const auto words = command.options.rtcp ? post::WordsOf::part
                      : is_tip             ? post::WordsOf::tip
                                           : post::WordsOf::spindle;
-  const auto zero = post::program_zero(files.machine, files.controller, report.work_offset, words);
+  const auto zero = post::program_zero(files.machine, files.controller, report.head.work_offset, words);
   std::string text;
   for (const std::string& line : post::zero_lines(zero)) text += (text.empty() ? "" : "; ") + line;
   std::vector<report::Fact> out = {{"program_zero", "program zero", text, {}}};

@@ -37,10 +37,10 @@ void extend(const Machine& machine, EffectContext& context, const std::string& i
                                    [&](const RunInfo& r) { return r.id == value; });
     if (key == "run" && !known) context.runs.push_back({value, 0.0});
   }
-  if (id == "ambient_drift") index_of(context.names.temperatures, machine.ambient_sensor);
+  if (id == "ambient_drift") index_of(context.names.temperatures, machine.sensors.ambient);
   if (id.starts_with("screw_heating:")) {
-    const auto sensor = machine.axis_sensors.find(id.substr(id.find(':') + 1));
-    if (sensor != machine.axis_sensors.end()) index_of(context.names.temperatures, sensor->second);
+    const auto sensor = machine.sensors.axes.find(id.substr(id.find(':') + 1));
+    if (sensor != machine.sensors.axes.end()) index_of(context.names.temperatures, sensor->second);
   }
 }
 

@@ -226,12 +226,12 @@ void read_thermal(Section& root, Machine& machine) {
   auto s = root.find_section("thermal");
   if (!s) return;
   machine.reference_degC = s->quantity_or("reference_degC", machine.reference_degC);
-  machine.ambient_sensor = s->find_text("ambient_sensor").value_or(machine.ambient_sensor);
+  machine.sensors.ambient = s->find_text("ambient_sensor").value_or(machine.sensors.ambient);
   if (auto sensors = s->find_section("axis_sensors")) {
     for (const std::string& name : sensors->keys("^[XYZABCUVW]$")) {
       if (!machine.axis(name))
         sensors->error(name, "'axis_sensors' names axis '" + name + "', which has no [[axis]]");
-      if (const auto sensor = sensors->find_text(name)) machine.axis_sensors[name] = *sensor;
+      if (const auto sensor = sensors->find_text(name)) machine.sensors.axes[name] = *sensor;
     }
   }
   s->finish();

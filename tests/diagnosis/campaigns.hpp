@@ -80,7 +80,7 @@ inline std::string plan_text(const Campaign& c) {
 
 inline Machine thermal_machine(const std::string& name) {
   Machine machine = shipped_machine(name);
-  machine.axis_sensors["X"] = "screw_x";
+  machine.sensors.axes["X"] = "screw_x";
   return machine;
 }
 

@@ -30,7 +30,7 @@ inline Machine effect_machine(const std::string& name) {
     machine.axes.resize(3);
     machine.part_chain.clear();
   }
-  for (const char* axis : {"X", "Y", "Z"}) machine.axis_sensors[axis] = std::string("screw_") + axis;
+  for (const char* axis : {"X", "Y", "Z"}) machine.sensors.axes[axis] = std::string("screw_") + axis;
   return machine;
 }
 

@@ -89,9 +89,11 @@ struct Machine {
   /// Rotary positions at which the program zero was probed on the real machine; nothing: the part is where
   /// this file says.
   std::optional<JointVector> probed_at;
-  double reference_degC = 20.0;                     // ISO 1
-  std::map<std::string, std::string> axis_sensors;  // axis name -> temperature name
-  std::string ambient_sensor = "ambient";
+  double reference_degC = 20.0;  // ISO 1
+  struct Sensors {
+    std::map<std::string, std::string> axes;  // axis name -> temperature name
+    std::string ambient = "ambient";
+  } sensors;
   /// Default tolerance of the tool axis between two blocks.
   Angle axis_tolerance = Angle::degrees(0.05);
 

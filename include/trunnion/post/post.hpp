@@ -153,9 +153,11 @@ struct PostReport {
   /// Largest motion of the tip, while a block lasts, by effects that are lagged: they count as they were at
   /// its beginning.
   double lag_step_mm = 0.0;
-  std::vector<LoadedTool> tools;    // in the order in which they are loaded
-  std::int64_t work_offset = 1;     // that the program calls
-  std::int64_t program_number = 0;  // that it begins with; 0: the control knows programs by names
+  std::vector<LoadedTool> tools;  // in the order in which they are loaded
+  struct Head {
+    std::int64_t work_offset = 1;     // that the program calls
+    std::int64_t program_number = 0;  // that it begins with; 0: the control knows programs by names
+  } head;
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for
   std::optional<VerifyReport> nominal_verification;  // the nominal machine, when a model was applied

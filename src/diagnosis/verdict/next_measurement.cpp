@@ -112,7 +112,7 @@ class Design {
 // The sensors that the data have and a planned run says nothing of: the room warms by 3 K over the run.
 void warm_the_room(PlanRun& run, const Observations& o) {
   const auto& names = o.data().context.names.temperatures;
-  const auto& ambient = o.machine().ambient_sensor;
+  const auto& ambient = o.machine().sensors.ambient;
   if (std::find(names.begin(), names.end(), ambient) != names.end())
     run.temperatures_K[ambient] = {{0.0, 0.0}, {run.minutes * 60.0, 3.0}};
 }

@@ -26,12 +26,12 @@ class AmbientDrift final : public StraightEffect {
 }  // namespace
 
 void make_ambient_drift(const LibraryBuilder& builder) {
-  const auto sensor = builder.temperature(builder.machine().ambient_sensor);
+  const auto sensor = builder.temperature(builder.machine().sensors.ambient);
   if (!sensor) return;
   EffectInfo info;
   info.id = "ambient_drift";
   info.what = "Tool and part drift apart with the temperature of the room (sensor " +
-              builder.machine().ambient_sensor + ")";
+              builder.machine().sensors.ambient + ")";
   info.cause = "the structure follows the room with the lag of its castings; doors, sun, heating";
   info.remedy =
       "keep the room's temperature; re-probe the datum after a change; compensate with the ambient sensor";

@@ -54,8 +54,8 @@ EffectInfo describe_screw_heating(const std::string& axis, const std::string& se
 void make_screw_heating(const LibraryBuilder& builder) {
   for (const AxisId id : builder.axes(AxisKind::linear)) {
     const Axis& axis = builder.machine().axes[id];
-    const auto sensor = builder.machine().axis_sensors.find(axis.name);
-    if (sensor == builder.machine().axis_sensors.end()) continue;
+    const auto sensor = builder.machine().sensors.axes.find(axis.name);
+    if (sensor == builder.machine().sensors.axes.end()) continue;
     const auto index = builder.temperature(sensor->second);
     if (!index) continue;
     builder.add(std::make_shared<ScrewHeating>(describe_screw_heating(axis.name, sensor->second),

@@ -126,7 +126,7 @@ void run_item(const Context& context, BatchResult& result) {
                              [&](std::string_view bytes) { made.take(bytes); });
   result.state = result.outcome.passed && result.outcome.written ? BatchState::posted : BatchState::failed;
   if (result.state != BatchState::posted) return;
-  result.program_number = result.outcome.report->program_number;
+  result.program_number = result.outcome.report->head.program_number;
   // Without a stamp the item is posted again next time: no reason to fail.
   static_cast<void>(write_file(stamp_path(result.item.output),
                                Stamp{inputs_hash, made.text(), result.program_number}.text()));

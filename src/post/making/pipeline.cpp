@@ -36,7 +36,7 @@ Result<void> Pipeline::begin() {
 
 Result<void> Pipeline::begin_text(const Chunk& chunk) {
   if (auto r = head_.write(chunk); !r) return r;
-  return work_.thermal.call(nc::WorkOffset{work_.posting.report.work_offset});
+  return work_.thermal.call(nc::WorkOffset{work_.posting.report.head.work_offset});
 }
 
 Result<void> Pipeline::emit(Chunk& chunk) {

@@ -38,7 +38,7 @@ std::int64_t ProgramHead::number_of(const std::string& name) const {
 }
 
 Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
-  if (offset.index == posting_.report.work_offset) return {};
+  if (offset.index == posting_.report.head.work_offset) return {};
   if (posting_.options.work_offset) {
     posting_.diagnostics.warning_once("work offset", posting_.job.cl_file, where,
                                       "the CL file calls work offset " + std::to_string(offset.index) +
@@ -49,7 +49,7 @@ Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, Source
   return fail(
       ErrorCode::wrong_input,
       "work offset " + std::to_string(offset.index) + " is called behind offset " +
-          std::to_string(posting_.report.work_offset) +
+          std::to_string(posting_.report.head.work_offset) +
           ": one program has one zero, since where the table carries a second part is not known. Post "
           "the operations one by one",
       posting_.job.cl_file, where);
@@ -67,10 +67,10 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   if (start.name.empty())
     start.name = name_for_control(std::filesystem::path(posting_.job.output).stem().string());
   start.number = number_of(start.name);
-  if (posting_.controller.program.is_numbered()) posting_.report.program_number = start.number;
+  if (posting_.controller.program.is_numbered()) posting_.report.head.program_number = start.number;
   if (auto r = posting_.write(start); !r) return r;
   const std::int64_t index = work_offset_of(chunk);
-  posting_.report.work_offset = index;
+  posting_.report.head.work_offset = index;
   const bool adds_length =
       posting_.machine.output_point == OutputPoint::tip && chunk.tool.control_adds_length;
   const auto zero = program_zero(posting_.machine, posting_.controller, index,
