@@ -12,7 +12,7 @@ using testing::HasSubstr;
 const std::string kPath = "RAPID\nGOTO/0,0,20,0,0,1\nGOTO/0,0,10,0,0,1\nGOTO/5,0,10,0,0,1\n";
 
 test::Posted spindle_program(const std::string& words, const Machine& machine) {
-  return test::posted("FEDRAT/MMPM,500\n" + words + "FINI\n", machine, {}, "iso");
+  return test::posted("MULTAX\nFEDRAT/MMPM,500\n" + words + "FINI\n", machine, {}, "iso");
 }
 
 std::string refusal(const std::string& words) {
@@ -29,7 +29,7 @@ TEST(SpindleSpeed, IsNotAboveThatOfTheMachine) {
   const auto fast = spindle_program("SPINDL/12001,CLW\n" + kPath, machine);
   ASSERT_FALSE(fast.report);
   EXPECT_THAT(fast.report.error().text(),
-              HasSubstr("part.cls:2:1: error: SPINDL: 12001 rpm, and the spindle turns at 12000 rpm at most "
+              HasSubstr("part.cls:3:1: error: SPINDL: 12001 rpm, and the spindle turns at 12000 rpm at most "
                         "([spindle] max_rpm of m.toml)"));
   EXPECT_FALSE(spindle_program("CUTTER/1\nSPINDL/100,SMM,CLW\n" + kPath, machine).report);  // 31831 rpm
   EXPECT_TRUE(spindle_program("CUTTER/1\nSPINDL/100,SMM,CLW,MAXRPM,12000\n" + kPath, machine).report);
@@ -53,9 +53,9 @@ TEST(SurfaceSpeed, IsThatOfTheToolsOwnDiameter) {
   EXPECT_EQ(refusal(second("LOADTL/2,LENGTH,100\nSPINDL/900,CLW\nCUTTER/50\n")), "");
   EXPECT_EQ(
       refusal(second("LOADTL/2,LENGTH,100\nSPINDL/100,SMM,CLW\n")),
-      "part.cls:10:1: error: SPINDL gives a surface speed and no CUTTER or TLDATA a diameter of tool 2");
+      "part.cls:11:1: error: SPINDL gives a surface speed and no CUTTER or TLDATA a diameter of tool 2");
   EXPECT_EQ(refusal(second("CUTTER/12\nLOADTL/2,LENGTH,100\nSPINDL/100,SMM,CLW\nCUTTER/50\n")),
-            "part.cls:12:1: error: a diameter of 50 mm behind SPINDL, which made its speed from a surface "
+            "part.cls:13:1: error: a diameter of 50 mm behind SPINDL, which made its speed from a surface "
             "speed and "
             "12 mm: CUTTER or TLDATA must stand before SPINDL");
   const std::string nc = spindle_program(second("CUTTER/50\nLOADTL/2,LENGTH,100\nSPINDL/100,SMM,CLW\n"),
