@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 
 #include "trunnion/base/units.hpp"
@@ -98,7 +99,8 @@ void read_gohome(Context& context, const Statement& statement) {
 
 // OFF, as some systems end with it what ON began, must not make a rapid of the next cut.
 void read_rapid(Context& context, const Statement& statement) {
-  if (statement.fields.size() == 1 && statement.fields[0].text == "OFF") {
+  const auto is_off = [](const Field& field) { return field.text == "OFF"; };
+  if (std::any_of(statement.fields.begin(), statement.fields.end(), is_off)) {
     context.modal.rapid_next = false;
     return;
   }

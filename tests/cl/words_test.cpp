@@ -25,6 +25,8 @@ TEST(Words, RapidOffMakesNoRapid) {
   const std::string point = "GOTO/1,0,0\n";
   EXPECT_EQ(rapids("FEDRAT/5\nRAPID/ON\n" + point + "RAPID/OFF\n" + point + "RAPID\n" + point), "rcr");
   EXPECT_EQ(rapids("FEDRAT/5\nRAPID\nRAPID/OFF\n" + point + "RAPID/ON\n" + point + point), "crc");
+  EXPECT_EQ(rapids("FEDRAT/5\nRAPID/OFF,\n" + point + "rapid/off\n" + point + "RAPID/ALL,OFF\n" + point),
+            "ccc");
 }
 
 TEST(Words, TheUnitOfAFileThatSaysNoneIsAskedFor) {
