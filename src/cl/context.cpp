@@ -4,11 +4,14 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/lanes.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/cl/arc.hpp"
 #include "trunnion/geom/direction.hpp"
+
+#include "cl/words.hpp"
 
 namespace trunnion::cl {
 
@@ -210,26 +213,40 @@ void Context::move_to(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
   modal.rapid_next = false;
 }
 
-void Context::take_clear_plane(const PostWord& word) {
-  modal.clear_plane.reset();
+namespace {
+
+std::optional<ClearPlane> clear_plane_of(const PostWord& word) {
   std::array<double, 4> value{};
   const auto& f = word.fields;
   if (f.size() == 2) {
     const auto distance = parse_number(f[1]);
     const bool named = f[0] == "XYPLAN" || f[0] == "YZPLAN" || f[0] == "ZXPLAN";
-    if (!named || !distance) return;
+    if (!named || !distance) return std::nullopt;
     const Vec3 normal = f[0] == "XYPLAN" ? Vec3::UnitZ() : f[0] == "YZPLAN" ? Vec3::UnitX() : Vec3::UnitY();
-    modal.clear_plane = ClearPlane{normal, distance.value};
-    return;
+    return ClearPlane{normal, distance.value};
   }
-  if (f.size() != 4) return;
+  if (f.size() != 4) return std::nullopt;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto number = parse_number(f[i]);
-    if (!number) return;
+    if (!number) return std::nullopt;
     value[i] = number.value;
   }
   const Vec3 normal(value[0], value[1], value[2]);
-  if (normal.norm() > 1e-6) modal.clear_plane = ClearPlane{normal.normalized(), value[3] / normal.norm()};
+  if (!(normal.norm() > 1e-6)) return std::nullopt;
+  return ClearPlane{normal.normalized(), value[3] / normal.norm()};
+}
+
+}  // namespace
+
+PostWord Context::take_clear_plane(PostWord word) {
+  modal.clear_plane = clear_plane_of(word);
+  if (!modal.clear_plane) return word;
+  const Vec3 normal_P = modal.X_PA.R * modal.clear_plane->normal_A;
+  const double distance_mm = modal.clear_plane->distance_mm + normal_P.dot(modal.X_PA.p);
+  word.fields.clear();
+  for (const double value : {normal_P.x(), normal_P.y(), normal_P.z(), distance_mm})
+    word.fields.push_back(shortest_text(value));
+  return word;
 }
 
 void Context::retract(SourceRef where) {
@@ -238,13 +255,14 @@ void Context::retract(SourceRef where) {
   if (!modal.has_position) return error(where, "RETRCT before any position");
   const double rises = modal.axis_A.dot(modal.clear_plane->normal_A);
   const double missing = modal.clear_plane->distance_mm - modal.tip_A.dot(modal.clear_plane->normal_A);
+  // RAPID is for this word, whether it has to move or not: what comes next is a cut.
+  modal.rapid_next = false;
   if (missing <= 0.0) return;
   constexpr double kAlong = 1e-3;  // flatter, the tool would travel a thousand times the height
   const Vec3 to = modal.tip_A + modal.axis_A * (missing / std::max(rises, kAlong));
   if (rises <= kAlong || !(to.cwiseAbs().maxCoeff() <= kLongest_mm))
     return error(where, "RETRCT: the tool axis does not lead to the clearance plane");
   add_motion(where, {to, modal.axis_A, modal.feed, true});
-  modal.rapid_next = false;
 }
 
 void Context::start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
@@ -429,6 +447,27 @@ std::size_t Context::plain_cuts(std::span<PlainCut> cuts) {
   return good;
 }
 
+void Context::begin_operation(SourceRef where, std::string_view tool) {
+  end_operation();  // where no word has said so
+  named_tool_.of_operation = tool;
+  named_tool_.where = where;
+}
+
+// A control mills with the tool that it has: a name brings no other into the spindle.
+void Context::end_operation() {
+  NamedTool& tool = named_tool_;
+  const bool moved = motion_count_ > std::exchange(tool.motions_before, motion_count_);
+  if (!moved || tool.of_operation.empty()) return;
+  if (!tool.loaded && !tool.in_spindle.empty() && tool.of_operation != tool.in_spindle) {
+    error(tool.where, "the operation is made with tool " + shown_text(tool.of_operation) +
+                          ", the one before with " + shown_text(tool.in_spindle) +
+                          ", and nothing loads it (LOAD/TOOL,n): write one program for each tool, or let the "
+                          "CAM system write its tool changes");
+  }
+  tool.in_spindle = std::exchange(tool.of_operation, {});
+  tool.loaded = false;
+}
+
 bool Context::take(Record& record) {
   if (pending_.empty()) return false;
   record = std::move(pending_.front());
@@ -436,7 +475,7 @@ bool Context::take(Record& record) {
   return true;
 }
 
-void Context::finish(std::size_t lines) {
+void Context::finish(std::size_t lines, std::string_view last_number) {
   if (modal.pending_arc)
     error(modal.pending_arc->where,
           std::string(modal.pending_arc->word) + ": the end (GOTO) of the arc is missing");
@@ -447,8 +486,17 @@ void Context::finish(std::size_t lines) {
                                short_text(worst_length_error_, 3));
   }
   const SourceRef end{static_cast<std::uint32_t>(std::max<std::size_t>(lines, 1)), 0};
-  if (!modal.ended && !modal.closing.empty())
-    warning(end, "the file ends without " + std::string(modal.closing) + ": is it whole?");
+  if (!modal.ended && !findings_.has_errors()) {
+    const std::string without = modal.closing.empty() ? "" : " without " + std::string(modal.closing);
+    const unsigned written = std::min(coordinate_decimals_, axis_decimals_ > 0 ? axis_decimals_ : ~0U);
+    if (!last_number.empty() && decimals_of(last_number) < written) {
+      warning(end, "the file ends" + without + " in a line without an end, and its last number, " +
+                       std::string(last_number) + ", has fewer decimals than others: is it whole?");
+    } else if (!without.empty()) {
+      warning(end, "the file ends" + without + ": is it whole?");
+    }
+  }
+  end_operation();
   if (motion_count_ == 0 && !findings_.has_errors()) error(end, "no motion (GOTO) in the file");
   judge_units();
   findings_.tell_counts();

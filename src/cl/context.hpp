@@ -46,6 +46,7 @@ struct Cycle {
   bool has_rapto = false;       // RAPTO goes before CLEAR, which CAMplete gives as an absolute height
   bool clear_by_place = false;  // a value without a word: true until the tool has stood there above a hole
   std::optional<Feed> feed;
+  double pitch_mm = 0.0;  // of a tap whose feed is per minute, once the first hole has it
 };
 
 /// NURBS of NX while its knots and points are read.
@@ -112,7 +113,9 @@ struct Modal {
     bool counterclockwise = false;
     std::uint32_t tool = 0;                     // that is loaded
     std::uint32_t of_tool = 0;                  // for which the sense was said
+    std::uint32_t length_register = 0;          // of the tool
     Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
+    double rpm = 0.0;                           // of the spindle; 0: not known
   } said;
   bool rapid_next = false;
   std::optional<From> home;  // FROM
@@ -143,6 +146,15 @@ struct Modal {
   std::map<std::string, std::string, std::less<>> synonyms;
   bool ended = false;
   std::string_view closing;  // word that ends what PARTNO or TOOL PATH began; empty when nothing is open
+};
+
+/// The tool that NX names with its operations (TOOL PATH), beside the words that load one.
+struct NamedTool {
+  std::string of_operation;
+  SourceRef where;
+  std::string in_spindle;          // under which the operation before moved
+  bool loaded = false;             // a tool was, since then
+  std::size_t motions_before = 0;  // of the operation at hand
 };
 
 /// What the words of a CL file act on: the modal state, the records made, the findings. One for each file.
@@ -200,8 +212,8 @@ class Context {
   /// An arc from the position to `end_A`, or the motions that stand for it. `sweep` > 0 about `normal_A`.
   /// Takes RAPID.
   void add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, const Vec3& normal_A, Angle sweep);
-  /// CLEARP, its lengths in mm.
-  void take_clear_plane(const PostWord& word);
+  /// CLEARP, its lengths in mm, in A. The same word in P, for the post.
+  PostWord take_clear_plane(PostWord word);
   /// RETRCT: a rapid along the tool axis to the clearance plane; none when the tool is beyond it. An error
   /// without a plane, or when the tool axis does not lead there.
   void retract(SourceRef where);
@@ -228,7 +240,13 @@ class Context {
 
   void count_decimals(unsigned coordinate, unsigned axis);
   /// What can be said only in the end.
-  void finish(std::size_t lines);
+  /// `last_number`: Scanner::last_number.
+  void finish(std::size_t lines, std::string_view last_number);
+  /// An operation begins, which is made with this tool; empty: the file does not name it.
+  void begin_operation(SourceRef where, std::string_view tool);
+  /// It ends. An error where it moved with another tool than the one before, and none was loaded.
+  void end_operation();
+  void tool_loaded() { named_tool_.loaded = true; }
 
   Modal modal;
   const ReaderOptions& options() const { return options_; }
@@ -245,6 +263,7 @@ class Context {
   void judge_units();
 
   ReaderOptions options_;
+  NamedTool named_tool_;
   Findings findings_;
   std::deque<Record> pending_;
   Resolution resolution_;

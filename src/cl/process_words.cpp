@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -76,7 +78,7 @@ void read_post_lengths(Context& context, const Statement& statement) {
     const bool length = clears ? statement.fields.size() == 2 || numbers == 4 : !rotary;
     word.fields.push_back(shortest_text(number.value * (length ? context.modal.mm_per_unit : 1.0)));
   }
-  if (clears) context.take_clear_plane(word);
+  if (clears) word = context.take_clear_plane(std::move(word));
   context.emit(statement.where, std::move(word));
 }
 
@@ -198,7 +200,9 @@ void read_spindl(Context& context, const Statement& statement) {
       if (*number < 0.0) {
         return context.error(field.where, "SPINDL: " + shortest_text(*number) + " is below 0");
       }
-      if (!value) value = number;
+      // SPINDL/3,000 is one speed with a comma in it, and no speed of 3.
+      if (value) return context.error(field.where, "SPINDL: a second value");
+      value = number;
     } else if (text == "MAXRPM" || text == "LIMIT") {
       spindle.max_rpm = context.positive(statement, ++i);
       if (!spindle.max_rpm) return;
@@ -240,6 +244,14 @@ void read_spindl(Context& context, const Statement& statement) {
       spindle.speed_rpm = *value;
     }
   }
+  // A speed of none is no speed that holds on: the spindle stands.
+  if (value && *value == 0.0 && spindle.state == Spindle::State::on) {
+    spindle = {};
+    spindle.state = Spindle::State::off;
+    counterclockwise.reset();
+  }
+  if (spindle.surface_speed_mm_s) context.modal.said.rpm = 0.0;
+  if (spindle.speed_rpm) context.modal.said.rpm = *spindle.speed_rpm;
   if (!take_sense(context, statement, counterclockwise, spindle)) return;
   context.emit(statement.where, spindle);
 }
@@ -254,7 +266,7 @@ void read_coolnt(Context& context, const Statement& statement) {
                                     {"TAP", Coolant::Kind::tap},      {"TAPKUL", Coolant::Kind::tap},
                                     {"THRU", Coolant::Kind::through}, {"THROUGH", Coolant::Kind::through},
                                     {"AIR", Coolant::Kind::air},      {"NOMORE", Coolant::Kind::off}};
-  Coolant coolant;
+  std::vector<Coolant::Kind> kinds;
   bool says = statement.fields.empty();
   bool is_unknown = false;
   for (const Field& field : statement.fields) {
@@ -271,13 +283,18 @@ void read_coolnt(Context& context, const Statement& statement) {
       continue;
     }
     says = true;
-    if (found->kind != Coolant::Kind::on) coolant.kind = found->kind;  // COOLNT/FLOOD,ON
+    if (found->kind != Coolant::Kind::on) kinds.push_back(found->kind);  // COOLNT/FLOOD,ON
   }
   if (!says && is_unknown) return;
+  // OFF with the name of a kind (COOLNT/OFF,FLOOD) switches it off.
+  if (std::find(kinds.begin(), kinds.end(), Coolant::Kind::off) != kinds.end())
+    kinds.assign(1, Coolant::Kind::off);
   // COOLNT/ON behind COOLNT/OFF brings back what ran before.
-  if (coolant.kind == Coolant::Kind::on) coolant.kind = context.modal.said.coolant;
-  if (coolant.kind != Coolant::Kind::off) context.modal.said.coolant = coolant.kind;
-  context.emit(statement.where, coolant);
+  if (kinds.empty()) kinds.push_back(context.modal.said.coolant);
+  for (const Coolant::Kind kind : kinds) {
+    if (kind != Coolant::Kind::off) context.modal.said.coolant = kind;
+    context.emit(statement.where, Coolant{kind});
+  }
 }
 
 void read_delay(Context& context, const Statement& statement) {
@@ -289,6 +306,12 @@ void read_delay(Context& context, const Statement& statement) {
   }
   Dwell dwell;
   const std::string_view unit = statement.fields.size() > 1 ? statement.fields[1].text : std::string_view{};
+  if (statement.fields.size() > 2 || !(unit.empty() || unit == "REV" || unit == "SEC")) {
+    const Field& field = statement.fields[statement.fields.size() > 2 ? 2 : 1];
+    return context.error(field.where, std::string(statement.word) + ": '" +
+                                          std::string(field.text.substr(0, 40)) +
+                                          "' is not understood; DELAY/s, in seconds, and DELAY/n,REV are");
+  }
   if (unit == "REV") {
     dwell.revolutions = *value;
   } else {

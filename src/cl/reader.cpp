@@ -62,7 +62,7 @@ class Reader::Impl {
     if (!(is_nci_ ? nci_.next(context, scanner_) : read_statement_of_text())) {
       ended_ = true;
       if (context.modal.nurbs) finish_nurbs(context);
-      context.finish(scanner_.line_count());
+      context.finish(scanner_.line_count(), scanner_.last_number());
     }
     if (!context.reads_on()) scanner_.stop();
     has_pending_ = true;

@@ -122,6 +122,15 @@ bool Scanner::physical_line(std::string_view& line) {
   return check_text(line);
 }
 
+std::string_view Scanner::last_number() const {
+  const std::string_view text(buffer_.get(), end_);
+  if (!source_ended_ || text.empty() || text.back() == '\n' || text.back() == '\x1A') return {};
+  const std::string_view line = trimmed(text.substr(text.rfind('\n') + 1));
+  if (line.empty() || !(begins_goto(line) || number_character(line.front()) || line.front() == '-'))
+    return {};
+  return line.substr(line.find_last_of("/, \t") + 1);
+}
+
 void Scanner::unread_line(std::string_view line) {
   cursor_ = static_cast<std::size_t>(line.data() - buffer_.get());
   --line_;

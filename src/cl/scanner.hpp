@@ -41,6 +41,9 @@ class Scanner {
   std::size_t line_count() const { return line_; }
   /// What went wrong below the text: the read itself.
   const std::optional<Error>& read_failure() const { return read_failure_; }
+  /// The text has ended in a line of numbers, a GOTO or what continues one, without a newline, as where it
+  /// was cut: the last of them. Else empty.
+  std::string_view last_number() const;
   /// Nothing more is read.
   void stop() { stopped_ = true; }
 

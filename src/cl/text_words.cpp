@@ -77,12 +77,18 @@ void skip(Context&, const Statement&) {}
 
 // NX: TOOL PATH/operation,TOOL,tool
 void read_toolpath(Context& context, const Statement& statement) {
-  const std::string_view name = statement.text.substr(0, statement.text.find(','));
+  const std::size_t comma = std::min(statement.text.find(','), statement.text.size());
+  const std::string_view name = statement.text.substr(0, comma);
+  constexpr std::string_view kTool = ",TOOL,";
+  const std::string_view behind = statement.text.substr(comma);
+  context.begin_operation(statement.where,
+                          behind.starts_with(kTool) ? behind.substr(kTool.size()) : std::string_view{});
   context.modal.closing = "END-OF-PATH";
   context.emit(statement.where, OperationBegin{shown_text(name)});
 }
 void read_end_of_path(Context& context, const Statement& statement) {
   context.modal.closing = {};
+  context.end_operation();
   context.emit(statement.where, OperationEnd{});
 }
 

@@ -27,6 +27,7 @@ void read_tool_number(Context& context, const Statement& statement, std::size_t 
   const auto number = context.whole(statement, first);
   if (!number) return;
   context.modal.said.tool = *number;
+  context.tool_loaded();
   ToolChange change{*number, std::nullopt, std::nullopt};
   if (statement.fields.size() == first + 4 && is_plain(statement, first + 1)) {
     // LOADTL/tool,position,length,register (ISO 4343 as Fusion and HSMWorks write it). Their length is that

@@ -84,6 +84,19 @@ TEST(Circle, FaultsAreNamedWithTheirNumbers) {
 }
 
 // They would change what the center or the end means.
+// Within rounding of a full circle: to take it for none leaves a boss uncut, to take it for a full one cuts
+// what was not asked for.
+TEST(Circle, NearlyClosedIsNeitherFullNorNone) {
+  for (const std::string end : {"10.0,0.001", "10.0,-0.001"}) {
+    EXPECT_NE(
+        joined(read("GOTO/10.000,0,0,0,0,1\nCIRCLE/0,0,0,0,0,1,10,0.06,0.5,25.0,0.0\nGOTO/" + end + ",0\n")
+                   .findings)
+            .find("it ends 0.001 mm from where it starts"),
+        std::string::npos)
+        << end;
+  }
+}
+
 TEST(Circle, NothingStandsBetweenItsCenterAndItsEnd) {
   for (const char* between :
        {"MCS/1,0,0,0,1,0,0,0,1,0,0,5", "MSYS/0,0,5,1,0,0,0,1,0", "TLAXIS/0,0.6,0.8", "MULTAX/OFF",

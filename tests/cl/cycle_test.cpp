@@ -155,11 +155,52 @@ TEST(Cycle, WhatAControlAloneCanDoIsRefused) {
   EXPECT_EQ(error_of("CYCLE/TAP,DEEP,DEPTH,5,MMPR,1,CLEAR,1"),
             "2:11: error: CYCLE: 'DEEP' is not understood\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,MMPM,100"), "2:1: error: CYCLE: no depth (DEPTH or FEDTO)\n");
+  EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,MMPM,100").substr(0, 54),
+            "2:1: error: CYCLE: no clearance (CLEAR or RAPTO): the ");
+  EXPECT_EQ(error_of("CYCLE/REAM,DEPTH,5,CLEAR,1,STEP,2").substr(0, 38),
+            "2:1: error: CYCLE: steps of a hole tha");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,FOO,1"), "2:21: error: CYCLE: 'FOO' is not understood\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEPTH,5,CLEAR,-1"),
             "2:1: error: CYCLE: a clearance, return, step or dwell below 0\n");
   EXPECT_EQ(error_of("CYCLE/DRILL,DEEP,RAPTO,3.0,FEDTO,2.0,MMPM,250.0"),
             "2:1: warning: CYCLE: no step is given: each hole is drilled in one go\n");
+}
+
+TEST(Cycle, StepsArePecksUnderDrill) {
+  const auto reading = read("GOTO/0,0,50,0,0,1\nCYCLE/DRILL,DEPTH,10,CLEAR,3,STEP,5,MMPM,100\nGOTO/5,0,0\n");
+  EXPECT_EQ(steps(reading, 1),
+            (std::vector<Step>{
+                {50, true}, {3, true}, {-5, false}, {3, true}, {-4, true}, {-10, false}, {3, true}}));
+}
+
+// 1 mm at 500 rpm, 1.25 mm with the same feed at 400.
+TEST(Cycle, OneTapCutsOnePitch) {
+  const std::string head =
+      "GOTO/0,0,50,0,0,1\nSPINDL/500,RPM,CLW\nCYCLE/TAP,DEPTH,10,CLEAR,3,MMPM,500\nGOTO/5,0,0\n";
+  EXPECT_EQ(joined(read(head + "SPINDL/500,RPM,CLW\nGOTO/9,0,0\n").findings), "");
+  EXPECT_NE(joined(read(head + "SPINDL/400,RPM,CLW\nGOTO/9,0,0\n").findings)
+                .find("is a pitch of 1.25 mm, and the hole before was cut with 1 mm"),
+            std::string::npos);
+  EXPECT_EQ(
+      joined(read(head + "SPINDL/400,RPM,CLW\nCYCLE/TAP,DEPTH,10,CLEAR,3,MMPM,400\nGOTO/9,0,0\n").findings),
+      "");
+}
+
+// Around a ring the straight way from hole to hole is through the part.
+TEST(Cycle, BetweenHolesOfOtherAxesTheToolLeavesThePart) {
+  const auto reading = read(
+      "GOTO/0,0,60,0,0,1\nCYCLE/DRILL,DEPTH,10,CLEAR,3,MMPM,100\nGOTO/0,0,20,0,0,1\nGOTO/9,0,20\n"
+      "GOTO/0,-40,0,0,-0.7071068,0.7071068\n");
+  ASSERT_EQ(joined(reading.findings), "");
+  const auto words = reading.all<PostWord>();
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_EQ(words[0].word, "RETRCT");
+  const auto at = std::find_if(reading.records.begin(), reading.records.end(),
+                               [](const Record& r) { return std::holds_alternative<PostWord>(r.data); });
+  EXPECT_EQ(at->where.line, 5U);
+  const auto& next = std::get<Motion>(std::next(at)->data);
+  EXPECT_TRUE(next.rapid);
+  EXPECT_NEAR((next.tip_P - Vec3(0, -40 - 3 * std::sqrt(0.5), 3 * std::sqrt(0.5))).norm(), 0.0, 1e-6);
 }
 
 }  // namespace

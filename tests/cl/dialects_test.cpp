@@ -43,7 +43,7 @@ TEST(Nci, FiveAxisMotionsAreTipAndSecondPoint) {
 TEST(Nci, LinesAndArcsInTheTopPlane) {
   const auto reading = read(
       "0\n0 10. 0. 5. -2. 0\n1\n0 10. 0. 0. 60. 0\n3\n0 0 0. 10. 0. 0. 0. -1. 0\n2\n0 0 10. 0. 0. 0. 0. -1. "
-      "0\n",
+      "0\n1003\n0\n",
       nci(true));
   ASSERT_EQ(joined(reading.findings), "");
   EXPECT_TRUE(reading.motions().at(0).rapid);
@@ -52,6 +52,21 @@ TEST(Nci, LinesAndArcsInTheTopPlane) {
   EXPECT_EQ(arcs.at(0).arc->normal_P, Vec3(0, 0, 1));
   EXPECT_EQ(arcs.at(1).arc->sweep.deg(), 90.0);
   EXPECT_EQ(arcs.at(1).arc->normal_P, Vec3(0, 0, -1));
+}
+
+TEST(Nci, WithoutAToolChangeTheToolStays) {
+  const std::string head = "1001\n0 0 0 7 7 7 0 3000\n0\n0 0. 0. 5. -2. 0\n1000\n0 0 0 ";
+  EXPECT_EQ(joined(read(head + "7 7 7 0 2000\n1003\n0\n", nci()).findings), "");
+  for (const std::string tool : {"8 7 7", "7 7 8"}) {
+    EXPECT_NE(joined(read(head + tool + " 0 2000\n1003\n0\n", nci()).findings)
+                  .find("5:1: error: 1000 keeps the tool, which is 7 with length register 7"),
+              std::string::npos);
+  }
+}
+
+TEST(Nci, AFileWithoutItsEndMayBeCut) {
+  EXPECT_EQ(joined(read("0\n0 10. 0. 5.25 -2. 0\n", nci()).findings),
+            "2: warning: the file ends without 1003: is it whole?\n");
 }
 
 TEST(Nci, WhatIsNotUnderstoodIsAnErrorByCode) {

@@ -40,14 +40,14 @@ TEST(Reader, EveryLayoutOfAStatementReadsTheSame) {
            "GOTO/1.5,-.5,25.,.6,0,.8\nGOTO/+1.5,-.5,26.\n",
            "GOTO  /   1.50000,   -0.50000,   25.00000, 0.6,0.0,0.8\r\nGOTO  /   1.50000,   -0.50000,   "
            "26.00000\r\n",
-           "goto/1.5,-0.5,25,0.6,0,0.8\nGoto/1.5,-0.5,26",
-           "GOTO / 1.5, -0.5, 25.0,  $\n0.6, 0.0, 0.8\nGOTO / 1.5, $\n -0.5, 26 $\n, 0.6, 0, 0.8",
+           "goto/1.5,-0.5,25,0.6,0,0.8\nGoto/1.5,-0.5,26.0",
+           "GOTO / 1.5, -0.5, 25.0,  $\n0.6, 0.0, 0.8\nGOTO / 1.5, $\n -0.5, 26 $\n, 0.6, 0, 0.8\n",
            "\tGOTO\t/1.5\t,-0.5,25,0.6,0,0.8 $$ a comment\n\n$$ another\n  GO TO /1.5,-0.5,26 $$ the end",
-           "GOTO/1.5,-0.5,25 $ what follows a dollar is no data\n,0.6,0,0.8\nGOTO/1.5,-0.5,26,0.6,0,0.8 $$",
+           "GOTO/1.5,-0.5,25 $ what follows a dollar is no data\n,0.6,0,0.8\nGOTO/1.5,-0.5,26,0.6,0,0.8 $$\n",
            "GOTO/1.5,-5e-1,2.5E1,0.6,0,8.0D-1\nGOTO/15.e-1,-0.5,26\n",
            "GOTO/1.5,- 0.5,25,0.6,0,0.8\nGOTO/1.5,-0.5,+ 26\n",
            "\xEF\xBB\xBFGOTO/1.5,-0.5,25,0.6,0,0.8\nGOTO/1.5,-0.5,26\x1A",
-           "GOTO/1.5,$\n$$ a comment between\n-0.5,25,0.6,0,0.8\nGOTO/1.5,-0.5,26",
+           "GOTO/1.5,$\n$$ a comment between\n-0.5,25,0.6,0,0.8\nGOTO/1.5,-0.5,26.0",
        }) {
     const auto reading = read(text);
     ASSERT_EQ(reading.motions().size(), 2U) << text << joined(reading.findings);

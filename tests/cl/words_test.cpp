@@ -129,6 +129,86 @@ TEST(Words, PointsAndAxesBehindMcsAreGivenInIt) {
             "1:1: error: MCS: its axes are not three unit vectors at right angles, right-handed\n");
 }
 
+// RAPID before a RETRCT that has nothing to do would make a rapid of the cut behind it.
+TEST(Words, RetrctTakesRapidWhereverTheToolStands) {
+  for (const std::string z : {"60", "40"}) {
+    const auto motions =
+        read("GOTO/0,0," + z + ",0,0,1\nCLEARP/XYPLAN,50\nRAPID\nRETRCT\nGOTO/0,0,5\n").motions();
+    EXPECT_FALSE(motions.back().rapid) << z;
+    EXPECT_EQ(motions.size(), z == "60" ? 2U : 3U);
+  }
+}
+
+TEST(Words, ASpeedOfNoneStopsTheSpindle) {
+  for (const std::string none : {"SPINDL/0", "SPINDL/RPM,0,CLW", "SPINDL/0,SMM"}) {
+    const auto spindles =
+        read("MODE/MILL\nMULTAX\nSPINDL/2000,RPM,CLW\nGOTO/0,0,1\n" + none + "\nGOTO/0,0,2\n").all<Spindle>();
+    ASSERT_EQ(spindles.size(), 2U) << none;
+    EXPECT_EQ(spindles[1].state, Spindle::State::off) << none;
+    EXPECT_FALSE(spindles[1].speed_rpm) << none;
+  }
+}
+
+TEST(Words, ASecondValueOfASpeedIsNoneOfIt) {
+  EXPECT_EQ(joined(read("SPINDL/3,000,CLW\nGOTO/0,0,1\n").findings), "1:10: error: SPINDL: a second value\n");
+  EXPECT_EQ(joined(read("SPINDL/RPM,3000,CLW,RANGE,2\nGOTO/0,0,1\n").findings).find("error"),
+            std::string::npos);
+}
+
+TEST(Words, EveryKindOfCoolantThatIsSaidFlows) {
+  using Kinds = std::vector<Coolant::Kind>;
+  const auto kinds = [](const std::string& fields) {
+    Kinds out;
+    for (const Coolant& c : read("COOLNT/" + fields + "\nGOTO/0,0,1\n").all<Coolant>()) out.push_back(c.kind);
+    return out;
+  };
+  EXPECT_EQ(kinds("FLOOD,2,MIST"), (Kinds{Coolant::Kind::flood, Coolant::Kind::mist}));
+  EXPECT_EQ(kinds("FLOOD,ON"), (Kinds{Coolant::Kind::flood}));
+  EXPECT_EQ(kinds("OFF,FLOOD"), (Kinds{Coolant::Kind::off}));
+  EXPECT_EQ(kinds("ON"), (Kinds{Coolant::Kind::on}));
+}
+
+// 500 ms are no 500 s.
+TEST(Words, TheUnitOfADelayIsKnown) {
+  EXPECT_EQ(joined(read("DELAY/2\nDELAY/2,SEC\nDELAY/2,REV\nGOTO/0,0,1\n").findings), "");
+  EXPECT_EQ(joined(read("DELAY/500,MSEC\nGOTO/0,0,1\n").findings),
+            "1:11: error: DELAY: 'MSEC' is not understood; DELAY/s, in seconds, and DELAY/n,REV are\n");
+}
+
+TEST(Words, AToolThatOnlyItsNameChangesIsNotLoaded) {
+  const auto operation = [](const std::string& name, const std::string& tool, const std::string& load) {
+    return "TOOL PATH/" + name + ",TOOL," + tool + "\n" + load + "GOTO/0,0,1\nEND-OF-PATH\n";
+  };
+  const std::string first = operation("ROUGH", "MILL_D20", "LOAD/TOOL,1\n");
+  EXPECT_EQ(joined(read(first + operation("FINISH", "BALL_D6", "LOAD/TOOL,2\n")).findings), "");
+  EXPECT_EQ(joined(read(first + operation("FINISH", "MILL_D20", "")).findings), "");
+  EXPECT_EQ(joined(read(first + "LOAD/TOOL,2\n" + operation("FINISH", "BALL_D6", "")).findings), "");
+  for (const std::string& end : {std::string("END-OF-PATH\n"), std::string()}) {
+    std::string second = operation("FINISH", "BALL_D6", "");
+    second.resize(second.size() - std::string("END-OF-PATH\n").size());
+    EXPECT_NE(joined(read(first + second + end).findings)
+                  .find("5:1: error: the operation is made with tool BALL_D6, the one before with MILL_D20"),
+              std::string::npos);
+  }
+}
+
+TEST(Words, AFileThatEndsInANumberMayBeCut) {
+  const std::string head = "GOTO/1.500,2.500,25.000\n";
+  EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,3").findings),
+            "2: warning: the file ends in a line without an end, and its last number, 3, has fewer decimals "
+            "than others: is it whole?\n");
+  EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,30.000").findings), "");
+  EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,3\n").findings), "");
+}
+
+// The post is told of it in P.
+TEST(Words, AClearancePlaneGoesToThePostInTheFrameOfThePart) {
+  const auto words =
+      read("MCS/1,0,0,0,1,0,0,0,1,0,0,30\nGOTO/0,0,50\nCLEARP/XYPLAN,60\nGOTO/0,0,20\n").all<PostWord>();
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_EQ(words[0].fields, (std::vector<std::string>{"0", "0", "1", "90"}));
+}
+
 // The plane of CLEARP was given in the frame before: at its number the tool would stay 30 mm too low.
 TEST(Words, AClearancePlaneIsThatOfItsFrame) {
   const std::string head = "GOTO/0,0,50,0,0,1\nCLEARP/XYPLAN,60\n";

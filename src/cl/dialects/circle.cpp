@@ -170,6 +170,15 @@ void finish_arc(Context& context, SourceRef where, const Vec3& end_A, const Vec3
   if (closed && !pending.full_when_closed) {
     return context.error(pending.where, "CIRCLE: it ends where it starts: a full circle or none?");
   }
+  // Start and end rounded by half a digit each, in two directions: 1.4 digits. `coordinate_mm` is half of
+  // one.
+  const double rounding_mm = 4.0 * context.resolution().coordinate_mm;
+  if (!closed && !pending.sweep && (to - from).norm() <= rounding_mm) {
+    return context.error(pending.where, std::string(pending.word) + ": it ends " +
+                                            short_text((to - from).norm(), 3) +
+                                            " mm from where it starts, which may be rounding: a full circle, "
+                                            "or none?");
+  }
   if (!closed && pending.turns > 1) {
     return context.error(pending.where,
                          "CIRCLE: TIMES with an end that is not at the start's angle: how the rest of a turn "

@@ -29,6 +29,8 @@ constexpr double kPeckGap_mm = 1.0;
 // A rapid to where the tool stands already, to the digits of a CL file, is none.
 constexpr double kSamePlace_mm = 1e-3;
 constexpr double kSameCycleAxis = 1e-6;
+// Tool axes of two holes that differ by more than the rounding of their components: chord of unit vectors.
+constexpr double kTurned = 1e-3;
 constexpr std::size_t kMostPecks = 10000;
 
 // Not by the first character: 1STPECK is a word.
@@ -173,7 +175,13 @@ class CycleReading {
 
   bool complete(Cycle& cycle) {
     cycle.depth_mm = std::abs(cycle.depth_mm);
-    if (!cycle.has_depth) fail(statement_.where, "no depth (DEPTH or FEDTO)");
+    if (!cycle.has_depth) {
+      fail(statement_.where, "no depth (DEPTH or FEDTO)");
+    } else if (!cycle.has_clear) {
+      fail(statement_.where,
+           "no clearance (CLEAR or RAPTO): the tool would go at rapid rate down to the part's surface, and "
+           "across it to the next hole");
+    }
     if (cycle.clear_mm < 0.0 || cycle.return_mm < 0.0 || cycle.step_mm < 0.0 || cycle.first_step_mm < 0.0 ||
         cycle.dwell_s < 0.0) {
       fail(statement_.where, "a clearance, return, step or dwell below 0");
@@ -182,6 +190,14 @@ class CycleReading {
     if (!(longest <= Context::kLongest_mm))
       fail(statement_.where, "a distance beyond " + short_text(Context::kLongest_mm) + " mm");
     if (cycle.kind == Cycle::Kind::tap) check_tap(cycle);
+    const bool in_steps = cycle.step_mm > 0.0 || cycle.first_step_mm > 0.0;
+    if (in_steps && cycle.kind == Cycle::Kind::feed_out)
+      fail(statement_.where, "steps of a hole that is reamed or bored are not understood by this program");
+    if (in_steps && cycle.kind == Cycle::Kind::drill) {
+      context_.warning_once("CYCLE steps", statement_.where,
+                            "CYCLE: steps are given: the hole is drilled in pecks, as with DRILL,DEEP");
+      cycle.kind = Cycle::Kind::peck;
+    }
     if (cycle.kind == Cycle::Kind::peck) {
       if (cycle.step_mm == 0.0) cycle.step_mm = cycle.first_step_mm;
       if (cycle.first_step_mm == 0.0) cycle.first_step_mm = cycle.step_mm;
@@ -260,10 +276,14 @@ class Drilling {
 
   void run() {
     modal_.rapid_next = false;
-    if (!clear_is_proved()) return;
+    if (!clear_is_proved() || !keeps_pitch()) return;
     // As a control's own cycle: up to the return height, across, and down to where the feed begins.
     double came = leave_;
-    if (modal_.has_position) {
+    if (modal_.has_position && (axis_A_ - modal_.axis_A).norm() > kTurned) {
+      // Heights above two holes whose axes differ have nothing to do with one another, and the part may stand
+      // between them.
+      context_.emit(where_, PostWord{"RETRCT", {}});
+    } else if (modal_.has_position) {
       const double height = axis_A_.dot(modal_.tip_A - tip_A_);
       came = std::max(leave_, height);
       if (height < leave_) rapid_to(modal_.tip_A + modal_.axis_A * (leave_ - height), modal_.axis_A);
@@ -282,6 +302,25 @@ class Drilling {
   }
 
  private:
+  // One tap cuts one pitch.
+  bool keeps_pitch() {
+    const double rpm = modal_.said.rpm;
+    if (cycle_.kind != Cycle::Kind::tap || feed_.mode != FeedMode::per_minute || !(rpm > 0.0)) return true;
+    constexpr double kSamePitch_mm = 2e-3;  // speeds and feeds are rounded
+    const double pitch_mm = feed_.value * kSecondsPerMinute / rpm;
+    const double before_mm = modal_.cycle->pitch_mm;
+    if (before_mm > 0.0 && std::abs(pitch_mm - before_mm) > kSamePitch_mm) {
+      context_.error(where_, "CYCLE/TAP: a feed of " + short_text(feed_.value * kSecondsPerMinute) +
+                                 " mm/min at " + short_text(rpm) + " rpm is a pitch of " +
+                                 short_text(pitch_mm) + " mm, and the hole before was cut with " +
+                                 short_text(before_mm) +
+                                 " mm: the speed has changed, and the feed of the cycle with it must");
+      return false;
+    }
+    modal_.cycle->pitch_mm = pitch_mm;
+    if (modal_.last_cycle) modal_.last_cycle->pitch_mm = pitch_mm;
+    return true;
+  }
   bool clear_is_proved() {
     constexpr double kSameHeight_mm = 5e-3;  // three decimals
     if (!cycle_.clear_by_place) return true;

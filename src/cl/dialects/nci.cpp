@@ -68,6 +68,7 @@ bool NciReader::next(Context& context, Scanner& scanner) {
     context.give_up(where, "NCI: a line with one code is needed");
     return false;
   }
+  context.modal.closing = "1003";
   const std::string word = "NCI " + std::to_string(*code);
   if (!scanner.line(line)) {
     if (*code != 1003) context.error(where, word + ": its line of values is missing");
@@ -210,6 +211,16 @@ void NciReader::read_tool(Context& context, std::uint64_t code, const Statement&
   const auto length_register = context.whole(statement, 5);
   const auto speed = context.number(statement, 7);
   if (!tool || !length_register || !speed) return;
+  auto& said = context.modal.said;
+  if (code == 1000 && said.tool != 0 && (*tool != said.tool || *length_register != said.length_register)) {
+    return context.error(statement.where, "1000 keeps the tool, which is " + std::to_string(said.tool) +
+                                              " with length register " +
+                                              std::to_string(said.length_register) + ", and names tool " +
+                                              std::to_string(*tool) + " with register " +
+                                              std::to_string(*length_register));
+  }
+  said.tool = *tool;
+  said.length_register = *length_register;
   if (code != 1000)
     context.emit(statement.where, ToolChange{*tool, *length_register});  // 1000: the tool stays
   constexpr std::size_t kCoolant = 9;

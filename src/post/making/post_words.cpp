@@ -85,14 +85,6 @@ std::optional<double> rotary_limit_rad_s(const cl::PostWord& word) {
 
 std::optional<ClearPlane> clear_plane_of(const cl::PostWord& word) {
   const Fields& f = word.fields;
-  if (f.size() == 2) {
-    const auto distance = number_in(f, 1);
-    if (!distance) return std::nullopt;
-    if (f[0] == "XYPLAN") return ClearPlane{Vec3::UnitZ(), *distance};
-    if (f[0] == "YZPLAN") return ClearPlane{Vec3::UnitX(), *distance};
-    if (f[0] == "ZXPLAN") return ClearPlane{Vec3::UnitY(), *distance};
-    return std::nullopt;
-  }
   const auto a = number_in(f, 0);
   const auto b = number_in(f, 1);
   const auto c = number_in(f, 2);
