@@ -129,11 +129,15 @@ void read_safe_height(Section& root, Machine& machine) {
   }
 }
 
-std::optional<std::string> safe_height_fault(const Machine& machine, double tool_length_mm) {
+namespace {
+
+// By how much a tip at the safe height, taken down by `down_mm`, is below what table and part sweep, in
+// words.
+std::optional<std::string> below_swept(const Machine& machine, double tool_length_mm, double down_mm) {
   const auto id = machine.axis("Z");
   const SafeHeight& safe = machine.safe;
   if (!id || !safe.z_mm() || !safe.table || machine.rotary_axes().empty()) return std::nullopt;
-  const double tip_mm = *safe_tip_mm(machine, tool_length_mm);
+  const double tip_mm = *safe_tip_mm(machine, tool_length_mm) - down_mm;
   double top_mm = swept_top_mm(machine, safe.table->radius_mm, safe.table->top_mm);
   const char* what = "the table";
   if (safe.part) {
@@ -142,9 +146,23 @@ std::optional<std::string> safe_height_fault(const Machine& machine, double tool
     top_mm = std::max(top_mm, part_mm);
   }
   if (tip_mm > top_mm) return std::nullopt;
-  return "at the safe height, machine Z " + mm_text(*safe.z_mm()) + ", the tip of a tool of " +
-         mm_text(tool_length_mm) + " is " + mm_text(top_mm - tip_mm) + " below what " + what +
-         " sweeps while the rotary axes turn";
+  return mm_text(top_mm - tip_mm) + " below what " + what + " sweeps while the rotary axes turn";
+}
+
+}  // namespace
+
+std::optional<std::string> safe_height_fault(const Machine& machine, double tool_length_mm) {
+  const auto below = below_swept(machine, tool_length_mm, 0.0);
+  if (!below) return std::nullopt;
+  return "at the safe height, machine Z " + mm_text(*machine.safe.z_mm()) + ", the tip of a tool of " +
+         mm_text(tool_length_mm) + " is " + *below;
+}
+
+std::optional<std::string> length_drop_fault(const Machine& machine, double tool_length_mm) {
+  const auto below = below_swept(machine, tool_length_mm, tool_length_mm);
+  if (!below) return std::nullopt;
+  return "from the safe height, machine Z " + mm_text(*machine.safe.z_mm()) + ", Z may go down by the " +
+         mm_text(tool_length_mm) + " of the tool: its tip would be " + *below;
 }
 
 double swept_top_mm(const Machine& machine, const Vec3& point_P, SweptTurns turns) {

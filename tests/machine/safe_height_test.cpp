@@ -84,6 +84,13 @@ TEST(SafeHeight, ClearsWhatTheTableSweeps) {
   ASSERT_TRUE(fault(top_mm + 149.0, 150.0));
   EXPECT_THAT(*fault(top_mm + 149.0, 150.0), HasSubstr("1.000 mm below what the table sweeps"));
   EXPECT_TRUE(fault(top_mm + 150.1, 160.0));
+  // A control that takes the length out at once goes down by it.
+  const auto drop = [&](double z_mm) {
+    return length_drop_fault(
+        machine_with(file_with(table + "[retract]\nz_mm = " + std::to_string(z_mm) + "\n")), 150.0);
+  };
+  EXPECT_FALSE(drop(top_mm + 300.1));
+  EXPECT_THAT(drop(top_mm + 299.0).value_or(""), HasSubstr("1.000 mm below what the table sweeps"));
   EXPECT_FALSE(safe_height_fault(machine_with(file_with("[retract]\nz_mm = -400\n")), 150.0));
   const Machine with_part = machine_with([&] {
     std::string file = file_with(table);

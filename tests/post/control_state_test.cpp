@@ -1,5 +1,6 @@
 // Edits that change what a control knows while the geometry of the cuts stays: found by the walk of changed
 // programs (tests/walk), each passed by the verification once.
+#include <algorithm>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -199,6 +200,64 @@ TEST(ControlState, TheLengthIsSaidAndEndedAtTheSafeHeight) {
   // Haas moves nothing there.
   const Program p(kPath, "haas_ngc");
   EXPECT_EQ(p.with(p.line("G53 G0 Z", p.line("G1 ")), "G49"), "");
+}
+
+// A control that takes the length out where G49 stands goes down by it, from wherever that is.
+TEST(ControlState, AWordThatMayDropTheToolIsWarnedOf) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto warning = [&](double length_mm, bool rtcp, const std::string& control) {
+    Machine m = machine;
+    m.tool_length_mm = length_mm;
+    m.safe.table = TableExtent{100.0, 0.0};
+    post::PostOptions options;
+    options.rtcp = rtcp;
+    const auto p = test::posted(kBeginsWithAFeed, m, options, control);
+    EXPECT_TRUE(p.report) << p.report.error().text();
+    const auto& findings = p.diagnostics.findings();
+    return std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+      return f.message.find("Z may go down by the") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(warning(340.0, true, "fanuc_30i"));
+  EXPECT_FALSE(warning(120.0, true, "fanuc_30i"));
+  EXPECT_FALSE(warning(340.0, false, "fanuc_30i"));
+  EXPECT_FALSE(warning(340.0, true, "siemens_840d_sl"));
+}
+
+// Holes around a ring: between two of them the tool goes to the safe height, and the table turns there.
+TEST(ControlState, BetweenHolesOfOtherAxesTheToolIsAtTheSafeHeight) {
+  const Program p(
+      "UNITS/MM\nLOADTL/1\nSPINDL/2000,RPM,CLW\nRAPID\nGOTO/0,0,60,0,0,1\n"
+      "CYCLE/DRILL,DEPTH,10,CLEAR,3,MMPM,100\nGOTO/0,-40,0,0,-0.7071068,0.7071068\n"
+      "GOTO/0,40,0,0,0.7071068,0.7071068\nCYCLE/OFF\nRAPID\nGOTO/0,60,20,0,0.7071068,0.7071068\nFINI\n",
+      "linuxcnc");
+  const std::size_t first = p.line("G1 ");
+  const std::size_t second = p.line("G1 ", first + 1);
+  const std::size_t up = p.line("G53 G0 Z", first);
+  EXPECT_LT(up, second);
+  EXPECT_LT(up, p.line("C", first));
+}
+
+// No tool change stands between: the control goes on with the tool that it has.
+TEST(ControlState, ANewDiameterIsNoNewTool) {
+  const auto warnings = [](const std::string& between) {
+    const auto p = test::posted(
+        "UNITS/MM\nLOADTL/1\nCUTTER/20\nSPINDL/2000,RPM,CLW\nFEDRAT/500,MMPM\nRAPID\n"
+        "GOTO/0,0,60,0,0,1\nGOTO/0,0,10\nRAPID\nGOTO/0,0,60\n" +
+            between + "SPINDL/2000,RPM,CLW\nRAPID\nGOTO/9,0,60\nGOTO/9,0,10\nFINI\n",
+        test::shipped_machine("trunnion_offset"), {}, "linuxcnc");
+    EXPECT_TRUE(p.report) << p.report.error().text();
+    const auto& findings = p.diagnostics.findings();
+    return std::count_if(findings.begin(), findings.end(), [](const Finding& f) {
+      return f.message.find(
+                 "a diameter of 6 mm, and the tool in the spindle, tool 1, has moved with 20 mm") !=
+             std::string::npos;
+    });
+  };
+  EXPECT_EQ(warnings("CUTTER/6\n"), 1);
+  EXPECT_EQ(warnings("CUTTER/6\nCUTTER/20\n"), 0);
+  EXPECT_EQ(warnings("CUTTER/6\nLOADTL/2\n"), 0);
+  EXPECT_EQ(warnings("LOADTL/2\nCUTTER/6\n"), 0);
 }
 
 // Python of the interpreter, files of the control.

@@ -39,6 +39,10 @@ struct SafeHeight {
 /// rotary axes turn through their limits: with the numbers. Nothing: it does, or their extents are not given.
 std::optional<std::string> safe_height_fault(const Machine& machine, double tool_length_mm);
 
+/// The same for a tool that goes down from the safe height by its own gauge length, as controls do that take
+/// the length out at once where it is ended.
+std::optional<std::string> length_drop_fault(const Machine& machine, double tool_length_mm);
+
 /// How far a point of the part, in P, is inside the table (mm, > 0: below its upper face and within its
 /// radius). Nothing: it is outside, or the table's extent is not given.
 std::optional<double> inside_table_mm(const Machine& machine, const Vec3& point_P);

@@ -81,7 +81,7 @@ Result<void> EventMaker::take_spindle(const cl::Spindle& spindle, SourceRef wher
 
 Result<void> EventMaker::take_diameter(const cl::ToolGeometry& tool, SourceRef where) {
   const double before_mm = work_.spindle.diameter_mm();
-  if (!tool.diameter_mm || work_.spindle.set_diameter(*tool.diameter_mm)) return {};
+  if (!tool.diameter_mm || work_.spindle.set_diameter(*tool.diameter_mm, where)) return {};
   return fail(ErrorCode::wrong_input,
               "a diameter of " + shortest_text(*tool.diameter_mm) +
                   " mm behind SPINDL, which made its speed from a surface speed and " +

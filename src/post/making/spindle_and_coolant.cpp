@@ -8,7 +8,8 @@
 
 namespace trunnion::post {
 
-bool SpindleAndCoolant::set_diameter(double mm) {
+bool SpindleAndCoolant::set_diameter(double mm, SourceRef where) {
+  diameter_where_ = where;
   if (speed_has_diameter_ && !has_moved_ && mm != diameter_mm_) return false;
   speed_has_diameter_ = speed_has_diameter_ && mm == diameter_mm_;
   diameter_mm_ = mm;
@@ -66,6 +67,7 @@ void SpindleAndCoolant::ask(nc::CoolantKind kind) {
 
 void SpindleAndCoolant::tool_called(std::uint32_t number) {
   if (has_moved_ && tool_ != number) diameter_mm_ = 0.0;
+  if (tool_ != number) moved_with_mm_ = 0.0;
   tool_ = number;
   tapped_ = false;
   is_said_ = false;
@@ -84,8 +86,19 @@ void SpindleAndCoolant::warn_before_cut(SourceRef where) {
   }
 }
 
+void SpindleAndCoolant::tell_new_diameter() {
+  const double before_mm = std::exchange(moved_with_mm_, diameter_mm_);
+  if (!(before_mm > 0.0)) return;
+  posting_.diagnostics.warning_once(
+      "new diameter", posting_.job.cl_file, diameter_where_,
+      "a diameter of " + shortest_text(diameter_mm_) + " mm, and the tool in the spindle" +
+          (tool_ ? ", tool " + std::to_string(*tool_) + "," : std::string()) + " has moved with " +
+          shortest_text(before_mm) + " mm: no tool change stands between. It goes on with the same tool");
+}
+
 Result<void> SpindleAndCoolant::resume() {
   has_moved_ = true;
+  if (moved_with_mm_ != diameter_mm_) tell_new_diameter();
   if (!std::exchange(resumes_, false)) return {};
   tapped_ = false;
   if (spindle_.turn != nc::SpindleTurn::off) {

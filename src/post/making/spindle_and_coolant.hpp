@@ -14,7 +14,7 @@ class SpindleAndCoolant {
 
   /// Of the tool, for surface speeds. False: the speed at hand was taken with another diameter, and nothing
   /// has moved since: the word comes too late for it.
-  bool set_diameter(double mm);
+  bool set_diameter(double mm, SourceRef where);
   double diameter_mm() const { return diameter_mm_; }
   /// The speed that was given last, 0 before the first one.
   double rpm() const { return rpm_; }
@@ -43,9 +43,14 @@ class SpindleAndCoolant {
   Result<void> resume();
 
  private:
+  /// A tool moves on with another diameter than it has moved with.
+  void tell_new_diameter();
+
   Posting& posting_;
   double rpm_ = 0.0;
   double diameter_mm_ = 0.0;
+  SourceRef diameter_where_;
+  double moved_with_mm_ = 0.0;       // the diameter with which the tool at hand has moved; 0: none was known
   bool speed_has_diameter_ = false;  // rpm_ was made from a surface speed and this diameter
   bool has_moved_ = false;           // since the diameter was given
   std::optional<std::uint32_t> tool_;
