@@ -6,6 +6,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
+#include "trunnion/post/post.hpp"
 #include "trunnion/report/command_pages.hpp"
 #include "trunnion/report/table_json.hpp"
 
@@ -147,6 +148,47 @@ Result<JointVector> rest_of(const TableOptions& options, const Machine& machine)
   return rest;
 }
 
+// Nodes at equal steps (mm, deg) from the first to the last of those that the table has.
+Result<std::vector<double>> even_nodes(const Machine& machine, const std::string& input,
+                                       const std::vector<double>& nodes, double step) {
+  const auto id = machine.axis(input);
+  const double unit = id && machine.axes[*id].kind == AxisKind::rotary ? kRadPerDegree : 1.0;
+  const double range = (nodes.back() - nodes.front()) / unit;
+  const double count = std::round(range / step);
+  constexpr double kSame = 1e-6;      // of a step: decimals of the file
+  constexpr double kMostNodes = 1e5;  // controls have some thousand
+  if (!(count >= 1.0 && count <= kMostNodes) || std::abs(count * step - range) > kSame * step)
+    return fail(ErrorCode::wrong_use, "--step " + shortest_text(step) + " does not divide the " +
+                                          shortest_text(range) + (unit == 1.0 ? " mm" : " deg") +
+                                          " of the table over " + input + ": its last node would be lost");
+  std::vector<double> out;
+  for (int i = 0; i <= static_cast<int>(count); ++i) out.push_back(nodes.front() + i * step * unit);
+  out.back() = nodes.back();
+  return out;
+}
+
+// A control moves its axes by what stands there, whatever it is.
+Result<void> check_size(const std::vector<CorrectionMap>& maps, const Machine& machine) {
+  const double most_mm = post::PostOptions{}.largest_correction_mm;
+  for (const CorrectionMap& map : maps) {
+    for (const CorrectionMap::Output& output : map.outputs) {
+      const auto id = machine.axis(output.axis);
+      if (!id || machine.axes[*id].kind != AxisKind::linear) continue;
+      for (const auto* values : {&output.up, &output.down}) {
+        for (const double value : *values) {
+          if (std::abs(value) <= most_mm) continue;
+          return fail(ErrorCode::check_failed,
+                      "the table would move " + output.axis + " by " + fixed_text(value, 3) +
+                          " mm; more than " + shortest_text(most_mm) +
+                          " mm is no error of a machine: are the values in the unit that their column says? "
+                          "(--force writes)");
+        }
+      }
+    }
+  }
+  return {};
+}
+
 // One map per set of arguments of the tables (or the one that is asked for).
 Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, const Machine& machine,
                                                const std::vector<ErrorTable>& tables) {
@@ -184,12 +226,11 @@ Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, cons
   std::vector<CorrectionMap> out;
   for (std::size_t d = 0; d < domains.size(); ++d) {
     auto& [inputs, nodes] = domains[d];
-    if (options.step > 0.0)
-      for (auto& list : nodes) {
-        const double from = list.front(), to = list.back();
-        list.clear();
-        for (int i = 0; from + i * options.step <= to + 1e-9; ++i) list.push_back(from + i * options.step);
-      }
+    for (std::size_t i = 0; options.step > 0.0 && i < nodes.size(); ++i) {
+      auto even = even_nodes(machine, inputs[i], nodes[i], options.step);
+      if (!even) return tl::unexpected(even.error());
+      nodes[i] = std::move(*even);
+    }
     auto map = corrections_of(machine, parts[d], {inputs, nodes, outputs, *rest, machine.tool_vector()});
     if (!map) return tl::unexpected(map.error());
     // An axis that this domain does not correct has no table.
@@ -234,6 +275,8 @@ Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics
   if (format->holds_corrections) {
     auto maps = corrections(options, *machine, tables.errors);
     if (!maps) return tl::unexpected(maps.error());
+    if (const auto sized = check_size(*maps, *machine); !sized && !options.force)
+      return tl::unexpected(sized.error());
     tables.corrections = std::move(*maps);
   }
   const auto text = format->write(tables, *machine, options.of_format);
@@ -388,11 +431,12 @@ void add_table_command(CLI::App& root, int& exit) {
   out->add_option("--output-axes", options->outputs, "axes to correct (else all linear ones)")
       ->delimiter(',');
   out->add_option("--at", options->at, "where the other axes stand: Z=100,...")->delimiter(',');
-  out->add_option("--step", options->step, "equal steps instead of the tables' nodes (mm)")
+  out->add_option("--step", options->step, "equal steps instead of the tables' nodes (mm, deg)")
       ->check(CLI::PositiveNumber);
   out->add_option("--check", options->checks,
                   "independent lines (measurement files) that the tables must not make worse");
-  out->add_flag("--force", options->force, "write even so");
+  out->add_flag("--force", options->force,
+                "write even if a line gets worse, or a correction is too large for an error of a machine");
   add_format_options(*out, *options);
 
   CLI::App* evaluated =

@@ -13,6 +13,9 @@
 
 namespace trunnion::post {
 
+/// No holder is shorter: a gauge length below it is in inches, or none.
+inline constexpr double kShortestGauge_mm = 20.0;
+
 /// A tool of the shop.
 struct Tool {
   double length_mm = 0.0;  // gauge length: from the spindle gauge point S to the tip

@@ -23,6 +23,9 @@ Result<ControlTables> read_heidenhain(std::string_view text, const std::string& 
     const auto words = words_of(line.text, " \t");
     if (words.empty() || words[0] == "[END]") continue;
     if (words[0] == "BEGIN") {
+      if (words.back() == "INCH")
+        diagnostics.error(file, {line.number, 1},
+                          "the table is in inches: only tables in mm are read (BEGIN NAME.COM MM)");
       if (input.empty() && words.size() > 1) input = std::string(words[1].substr(0, words[1].find('.')));
       continue;
     }
