@@ -422,6 +422,30 @@ TEST(OffsetOutput, OperationsThatTheProgramLacksAreAnError) {
   EXPECT_THAT(p.report.error().text(), HasSubstr("none of the operations of the offsets stands in part.cls"));
 }
 
+TEST(OffsetOutput, OperationsWithoutARowAreNamed) {
+  const auto table = offsets("operation,dx_um\nBlade (1),10\n");
+  const OffsetPost p = offset_post(blades(3, false), machine_with_offset(), &table);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_THAT(warnings(p.diagnostics), HasSubstr("no row for the operations Blade (2), Blade (3): "));
+}
+
+// A log of another day, and one that ends before the program does.
+TEST(OffsetOutput, ATableOverTimeThatDoesNotCoverTheProgramIsToldOf) {
+  const auto told = [](const std::string& csv) {
+    const auto table = offsets(csv);
+    Setting setting;
+    setting.output = OffsetOutput::axis_values;
+    const OffsetPost p = offset_post(blades(2, false), machine_with_offset(), &table, setting);
+    EXPECT_TRUE(p.report) << p.report.error().text();
+    return warnings(p.diagnostics).find("before and behind them the first and the last are held") !=
+           std::string::npos;
+  };
+  EXPECT_TRUE(told("time_s,dx_um\n36000,1\n39600,1\n"));
+  EXPECT_TRUE(told("time_s,dx_um\n0,1\n2,1\n"));
+  EXPECT_FALSE(told("time_s,dx_um\n0,1\n3600,1\n"));
+  EXPECT_FALSE(told("time_s,dx_um\n0,1\n"));
+}
+
 // The same limits count when every point is corrected: a blade that asks for more than the clamp fails.
 TEST(OffsetOutput, AxisValuesBeyondTheClampFailTheVerification) {
   const auto table = offsets(by_blade());

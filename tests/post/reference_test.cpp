@@ -19,6 +19,7 @@ Machine roomy_machine() {
     axis.min = -50000.0;
     axis.max = 50000.0;
   }
+  machine.safe.to_mm[2] = 50000.0;  // the end of the travel
   return machine;
 }
 

@@ -316,6 +316,37 @@ TEST(AroundTheCut, StopsBetweenRapids) {
   }
 }
 
+// The tip of the longer tool stands 50 mm below the face that it works at: not a height, and the table's size
+// need not be known to see it.
+TEST(AroundTheCut, ASafeHeightBelowThePathIsNone) {
+  const std::string cl =
+      "UNITS/MM\nMULTAX\nLOADTL/4,LENGTH,120\nSPINDL/2000,CLW\nFEDRAT/300\nRAPID\nGOTO/0,0,40,0,0,1\n"
+      "GOTO/0,0,20\nRAPID\nGOTO/0,0,40\nLOADTL/7,LENGTH,200\nSPINDL/2000,CLW\nRAPID\nGOTO/30,0,40\n"
+      "GOTO/30,0,20\nRAPID\nGOTO/30,0,40\nFINI\n";
+  const auto machine = [](double z_mm) {
+    Machine m = test::shipped_machine("trunnion_offset");
+    m.safe.to_mm[2] = z_mm;
+    m.safe.z_is_given = true;
+    return m;
+  };
+  const auto low = test::posted(cl, machine(170.0));
+  ASSERT_FALSE(low.report);
+  EXPECT_THAT(
+      low.report.error().text(),
+      ::testing::HasSubstr("70.000 mm below a place of the path, machine Z 240.000 mm with a tool of 200"));
+  // The first tool, too, where the retract goes down.
+  EXPECT_FALSE(test::posted(cl, machine(100.0)).report);
+  const auto high = test::posted(cl, machine(240.0));
+  ASSERT_TRUE(high.report) << high.report.error().text();
+  std::string edited = high.nc;
+  for (std::size_t at = 0; (at = edited.find("G53 G0 Z240", at)) != std::string::npos;)
+    edited.replace(at, 11, "G53 G0 Z170");
+  const auto v = test::verified(edited, cl, machine(170.0), 0.01);
+  ASSERT_TRUE(v);
+  ASSERT_FALSE(v->unsafe.empty());
+  EXPECT_THAT(v->unsafe[0].what, ::testing::HasSubstr("from the safe height the tool goes 70.000 mm up"));
+}
+
 // A program that was edited: what the verification says of it.
 TEST(AroundTheCut, IsJudgedInEditedPrograms) {
   const Machine machine = test::shop_machine(test::kShopMachines[2]);

@@ -25,6 +25,7 @@ Machine roomy(const std::string& name) {
     axis.min = -50000.0;
     axis.max = 50000.0;
   }
+  machine.safe.to_mm[2] = 50000.0;  // the end of the travel
   return machine;
 }
 

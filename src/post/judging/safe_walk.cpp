@@ -52,11 +52,16 @@ void SafeWalk::retract(AxisId axis, const std::optional<double>& to, std::uint32
     find(nc_line, "axis " + a.name + " goes to a machine position below the safe height: " + height_text());
   std::optional<double> there = to;
   if (!there && is_z && machine_.safe.z_is_given) there = machine_.safe.z_mm();
+  const bool was_known = known_[axis];
   known_[axis] = there.has_value();
   if (!there) {
     if (is_z) find(nc_line, "where the retract goes is not known: the machine file needs [retract] z_mm");
     return;
   }
+  const double down_mm = is_z && was_known ? away() * (q_[axis] - *there) : 0.0;
+  if (down_mm > side_slack_mm_)
+    find(nc_line, "the retract takes the tool " + in_mm(down_mm) + " down, from machine Z " +
+                      in_mm(q_[axis]) + " to " + in_mm(*there));
   q_[axis] = *there;
   if (!a.within_limits(*there)) {
     find(nc_line, "the retract to machine " + a.name + " " + in_mm(*there) + " is beyond the travel of " +
@@ -180,6 +185,9 @@ bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKin
   }
   const bool left_height = at_height(side_slack_mm_);
   const bool z_known = z_ && known_[*z_];
+  if (const double up_mm = z_known && left_height ? away() * (q[*z_] - q_[*z_]) : 0.0; up_mm > side_slack_mm_)
+    find(nc_line, "from the safe height the tool goes " + in_mm(up_mm) + " up to the path, to machine Z " +
+                      in_mm(q[*z_]) + ": there it was inside of what it works at, or below");
   const double down_mm = z_known ? std::abs(q[*z_] - q_[*z_]) : side_slack_mm_ + 1.0;
   q_ = q;
   known_ = all;

@@ -54,6 +54,8 @@ class SafeWalk {
     if (moves_unnamed_ == 0) moves_unnamed_ = nc_line;
   }
   bool at_height(double slack_mm) const;
+  /// The sign of Z that leads away from the part.
+  double away() const { return machine_.safe.away < 0 ? -1.0 : 1.0; }
   std::string height_text() const;
   void check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line);
   void check_turn(const JointVector& q, const Known& known, std::uint32_t nc_line);

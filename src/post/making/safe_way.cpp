@@ -34,9 +34,24 @@ Result<void> SafeWay::retract(SourceRef where) {
   if (const auto fault = safe_height_fault(work_.posting.machine, work_.tool.tool.length_mm)) {
     return refuse(*fault + " ([retract], [table] and [part] of " + work_.posting.machine.file + ")");
   }
+  if (const auto fault = above_safe_height(work_.at.joints); work_.at.known && fault) return refuse(*fault);
   if (auto r = rise_under_tcp(where); !r) return r;
   work_.at.up = true;
   return write_retract(nc::AxisLetter::Z, *safe.z_mm());
+}
+
+// What is called the safe height is none where the tool would go down to it, or up from it to the part.
+std::optional<std::string> SafeWay::above_safe_height(const JointVector& q) const {
+  constexpr double kSlack_mm = 0.1;  // digits, and a shift of the work offset
+  const SafeHeight& safe = work_.posting.machine.safe;
+  const auto id = work_.posting.machine.axis("Z");
+  if (!id || !safe.z_mm()) return std::nullopt;
+  const double above_mm = (safe.away < 0 ? -1.0 : 1.0) * (q[*id] - *safe.z_mm());
+  if (above_mm <= kSlack_mm) return std::nullopt;
+  return "the safe height, machine Z " + fixed_text(*safe.z_mm(), 3) + " mm, is " + fixed_text(above_mm, 3) +
+         " mm below a place of the path, machine Z " + fixed_text(q[*id], 3) + " mm with a tool of " +
+         shortest_text(work_.tool.tool.length_mm) + " mm: [retract] z_mm of " + work_.posting.machine.file +
+         " is a position of the spindle's gauge point, and the tool turns and moves sideways there";
 }
 
 // Where the word that ends tool-centre-point control may move Z by the length of the tool it stands at the
@@ -150,6 +165,8 @@ Result<void> SafeWay::turn(const JointVector& q, SourceRef where) {
     }
   }
   if (auto r = retract(where); !r) return r;
+  if (const auto fault = above_safe_height(q))
+    return fail(ErrorCode::check_failed, *fault, work_.posting.job.cl_file, where);
   if (auto r = work_.thermal.write_shift(); !r) return r;
   // Where the machine comes from is known from the second time on.
   work_.moved(q, work_.at.known ? work_.planner.axes().rapid_seconds(work_.at.joints, q) : 0.0);

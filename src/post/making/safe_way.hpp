@@ -27,6 +27,8 @@ class SafeWay {
 
  private:
   void tell_undone_turn(const path::Point& to);
+  /// Why the safe height is none for this place; nothing: it is as far from the part, or farther.
+  std::optional<std::string> above_safe_height(const JointVector& q) const;
   Result<void> rise_under_tcp(SourceRef where);
   Result<void> write_retract(nc::AxisLetter letter, double position_mm);
   Result<void> clamp_standing();

@@ -48,7 +48,11 @@ Result<void> ThermalOutput::begin() {
 void ThermalOutput::begin_operation(const std::string& name) {
   if (!tracker_) return;
   tracker_->operation(name);
-  if (posting_.job.offsets->of_operation(name) != nullptr) ++operations_named_;
+  if (posting_.job.offsets->of_operation(name) != nullptr) {
+    ++operations_named_;
+  } else if (std::find(without_row_.begin(), without_row_.end(), name) == without_row_.end()) {
+    without_row_.push_back(name);
+  }
   operation_ = name;
   due_ = is_by_operation();
 }
@@ -195,6 +199,31 @@ JointVector ThermalOutput::shifted(const JointVector& q) {
   return shift_.joints(q, posting_.options.rtcp);
 }
 
+// Offsets hold on where there are none: that of another day, or of another unit of time, looks the same.
+void ThermalOutput::tell_what_is_not_covered() {
+  const thermal::OffsetTable& table = *posting_.job.offsets;
+  const auto warn = [&](const std::string& text) { posting_.diagnostics.warning(table.file, {}, text); };
+  if (table.key == thermal::OffsetTable::Key::operation) {
+    constexpr std::size_t kMostNames = 5;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(without_row_.size(), kMostNames); ++i)
+      names += (i > 0 ? ", " : "") + without_row_[i];
+    if (without_row_.size() > kMostNames)
+      names += " and " + std::to_string(without_row_.size() - kMostNames) + " more";
+    if (!names.empty())
+      warn("no row for the operations " + names + ": the offset before each of them is kept");
+    return;
+  }
+  if (table.rows.size() < 2) return;
+  constexpr double kSlack_s = 1.0;
+  const double first_s = table.rows.front().time_s, last_s = table.rows.back().time_s;
+  const double end_s = posting_.report.duration_s;
+  if (first_s <= kSlack_s && last_s >= end_s - kSlack_s) return;
+  warn("the offsets are those of " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
+       " s, the program lasts from 0 to " + fixed_text(end_s, 0) +
+       " s: before and behind them the first and the last are held");
+}
+
 Result<void> ThermalOutput::finish() {
   if (!tracker_) return {};
   const auto warn = [&](const std::string& text) {
@@ -206,6 +235,7 @@ Result<void> ThermalOutput::finish() {
                 "none of the operations of the offsets stands in " + posting_.job.cl_file,
                 posting_.job.offsets->file);
   }
+  tell_what_is_not_covered();
   if (tracker_->clamped())
     warn("offsets beyond the clamp of " + um(posting_.job.offset_limits.clamp_mm) + " are not followed");
   if (tracker_->slew_limited())

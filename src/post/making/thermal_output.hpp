@@ -63,6 +63,7 @@ class ThermalOutput {
 
  private:
   bool is_by_operation() const { return posting_.job.offset_output != OffsetOutput::axis_values; }
+  void tell_what_is_not_covered();
   Result<void> latch();
   Result<void> write_calculation(bool first);
   nc::VariableMotion with_terms(const nc::Motion& motion, const JointVector& q) const;
@@ -80,7 +81,8 @@ class ThermalOutput {
   std::optional<Mat3> terms_R_MP_;  // where the last motion with terms ended
   bool terms_beyond_ = false;       // with drift as large as the clamp an axis leaves its travel
   std::string operation_;
-  std::size_t operations_named_ = 0;  // by the table of offsets
+  std::size_t operations_named_ = 0;      // by the table of offsets
+  std::vector<std::string> without_row_;  // operations that it does not name
 };
 
 }  // namespace trunnion::post

@@ -115,6 +115,17 @@ void ProgramTools::warn(const std::string& cl_file, Diagnostics& diagnostics) co
     diagnostics.warning(cl_file, {},
                         "gauge lengths of the CL file and of the tool file, which counts, differ: " +
                             other_lengths_ + ": is it the same tool, and in mm?");
+  for (const LoadedTool& tool : loaded_) {
+    if (!(tool.length_mm > 0.0) || tool.length_mm >= kShortestGauge_mm) continue;
+    diagnostics.warning(cl_file, {},
+                        (tool.number ? "tool " + std::to_string(*tool.number) + " has" : "the tool has") +
+                            std::string(" a gauge length of ") + shortest_text(tool.length_mm) +
+                            " mm, shorter than tool holders are: is it in inches?" +
+                            (machine_.output_point == OutputPoint::spindle
+                                 ? " The words are those of the spindle's gauge point: a tool that is longer "
+                                   "cuts deeper by as much"
+                                 : ""));
+  }
   warn_of_machine_file(cl_file, diagnostics);
 }
 
