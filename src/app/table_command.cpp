@@ -191,9 +191,8 @@ Result<void> check_size(const std::vector<CorrectionMap>& maps, const Machine& m
 
 // One map per set of arguments of the tables (or the one that is asked for).
 Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, const Machine& machine,
-                                               const std::vector<ErrorTable>& tables) {
-  const auto rest = rest_of(options, machine);
-  if (!rest) return tl::unexpected(rest.error());
+                                               const std::vector<ErrorTable>& tables,
+                                               const JointVector& rest) {
   std::vector<std::string> outputs = options.outputs;
   if (outputs.empty())
     for (const Axis& axis : machine.axes)
@@ -231,7 +230,7 @@ Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, cons
       if (!even) return tl::unexpected(even.error());
       nodes[i] = std::move(*even);
     }
-    auto map = corrections_of(machine, parts[d], {inputs, nodes, outputs, *rest, machine.tool_vector()});
+    auto map = corrections_of(machine, parts[d], {inputs, nodes, outputs, rest, machine.tool_vector()});
     if (!map) return tl::unexpected(map.error());
     // An axis that this domain does not correct has no table.
     std::erase_if(map->outputs, [](const CorrectionMap::Output& o) {
@@ -240,6 +239,68 @@ Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, cons
     if (!map->outputs.empty()) out.push_back(std::move(*map));
   }
   return out;
+}
+
+/// What is exported, and where the axes stand that it does not ask for.
+struct Exported {
+  const std::vector<ErrorTable>& errors;
+  const std::vector<CorrectionMap>& maps;
+  const JointVector& rest;
+};
+
+// The largest difference between corrections of one axis over the same inputs, mm; of one that only `a` has,
+// its own size.
+double largest_difference_mm(const Machine& machine, const std::vector<CorrectionMap>& a,
+                             const std::vector<CorrectionMap>& b) {
+  double out = 0.0;
+  for (const CorrectionMap& map : a) {
+    const auto same =
+        std::find_if(b.begin(), b.end(), [&](const CorrectionMap& m) { return m.inputs == map.inputs; });
+    for (const CorrectionMap::Output& output : map.outputs) {
+      if (machine.axes[*machine.axis(output.axis)].kind != AxisKind::linear) continue;
+      const CorrectionMap::Output* other = same == b.end() ? nullptr : same->output(output.axis);
+      for (std::size_t i = 0; i < output.up.size(); ++i)
+        out = std::max(out, std::abs(output.up[i] - (other == nullptr ? 0.0 : other->up[i])));
+    }
+  }
+  return out;
+}
+
+// A table of a control asks for one or two axes; an error that turns the tool moves its tip by what the
+// others make of it. Elsewhere the table may be worse than none.
+void warn_of_other_poses(const TableOptions& options, const Machine& machine, const Exported& exported,
+                         Diagnostics& diagnostics) {
+  constexpr double kSeen_mm = 0.001;  // less is nothing that such a table is made for
+  double largest_mm = 0.0;
+  std::string where;
+  for (AxisId id = 0; id < machine.axes.size(); ++id) {
+    const Axis& axis = machine.axes[id];
+    if (!axis.has_limits()) continue;
+    for (const double end : {axis.min, axis.max}) {
+      JointVector rest = exported.rest;
+      rest[id] = end;
+      const auto there = corrections(options, machine, exported.errors, rest);
+      if (!there) continue;
+      const double apart_mm = std::max(largest_difference_mm(machine, exported.maps, *there),
+                                       largest_difference_mm(machine, *there, exported.maps));
+      if (apart_mm <= largest_mm) continue;
+      largest_mm = apart_mm;
+      const bool rotary = axis.kind == AxisKind::rotary;
+      where =
+          axis.name + " at " + shortest_text(rotary ? end * kDegreePerRad : end) + (rotary ? " deg" : " mm");
+    }
+  }
+  if (largest_mm <= kSeen_mm) return;
+  std::string at;
+  for (AxisId id = 0; id < machine.axes.size(); ++id)
+    at +=
+        (id == 0 ? "" : " ") + machine.axes[id].name +
+        shortest_text(exported.rest[id] * (machine.axes[id].kind == AxisKind::rotary ? kDegreePerRad : 1.0));
+  diagnostics.warning(options.output, {},
+                      "the corrections hold where the axes that the table does not ask for stand at " + at +
+                          " (--at); with " + where + " they are wrong by up to " +
+                          fixed_text(largest_mm / kMmPerUm, 1) +
+                          " um, and may be worse than none: such errors are for post --model");
 }
 
 Result<std::vector<NamedLine>> read_lines(const std::vector<std::string>& files, const Machine& machine,
@@ -273,8 +334,11 @@ Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics
   }
   const TableFormat* format = table_format(options.format);
   if (format->holds_corrections) {
-    auto maps = corrections(options, *machine, tables.errors);
+    const auto rest = rest_of(options, *machine);
+    if (!rest) return tl::unexpected(rest.error());
+    auto maps = corrections(options, *machine, tables.errors, *rest);
     if (!maps) return tl::unexpected(maps.error());
+    warn_of_other_poses(options, *machine, {tables.errors, *maps, *rest}, diagnostics);
     if (const auto sized = check_size(*maps, *machine); !sized && !options.force)
       return tl::unexpected(sized.error());
     tables.corrections = std::move(*maps);

@@ -45,7 +45,8 @@ std::optional<std::string> SafeWay::above_safe_height(const JointVector& q) cons
   constexpr double kSlack_mm = 0.1;  // digits, and a shift of the work offset
   const SafeHeight& safe = work_.posting.machine.safe;
   const auto id = work_.posting.machine.axis("Z");
-  if (!id || !safe.z_mm()) return std::nullopt;
+  // What is beyond the travel is refused as that.
+  if (!id || !safe.z_mm() || !work_.posting.machine.axes[*id].within_limits(q[*id])) return std::nullopt;
   const double above_mm = (safe.away < 0 ? -1.0 : 1.0) * (q[*id] - *safe.z_mm());
   if (above_mm <= kSlack_mm) return std::nullopt;
   return "the safe height, machine Z " + fixed_text(*safe.z_mm(), 3) + " mm, is " + fixed_text(above_mm, 3) +
