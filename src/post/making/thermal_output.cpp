@@ -215,7 +215,7 @@ void ThermalOutput::tell_what_is_not_covered() {
     return;
   }
   if (table.rows.size() < 2) return;
-  constexpr double kSlack_s = 1.0;
+  constexpr double kSlack_s = 10.0;  // in which no machine drifts
   const double first_s = table.rows.front().time_s, last_s = table.rows.back().time_s;
   const double end_s = posting_.report.duration_s;
   if (first_s <= kSlack_s && last_s >= end_s - kSlack_s) return;
