@@ -18,6 +18,7 @@
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
+#include "diagnosis/verdict/tool_constants.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -711,6 +712,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     if (!out.rows.problems.empty()) blame_rows(out);
     if (options.formula) propose(machine, data, first.left_out(), out);
     blame_odd_runs(*whole, model, out, search);
+    doubt_between_tools(*whole, model, first.left_out(), out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;
