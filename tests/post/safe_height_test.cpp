@@ -347,6 +347,19 @@ TEST(AroundTheCut, ASafeHeightBelowThePathIsNone) {
   EXPECT_THAT(v->unsafe[0].what, ::testing::HasSubstr("from the safe height the tool goes 70.000 mm up"));
 }
 
+// 5 mm above the cut: back from a stop the tool comes from there, and not from 50 mm above.
+TEST(AroundTheCut, ComesBackFromASafeHeightThatIsLow) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.safe.to_mm[2] = 195.0;
+  machine.safe.z_is_given = true;
+  const auto p = test::posted(
+      "UNITS/MM\nMULTAX\nLOADTL/1,LENGTH,150\nSPINDL/2000,CLW\nFEDRAT/300\nRAPID\nGOTO/0,0,40,0,0,1\n"
+      "GOTO/0,0,20\nSTOP\nGOTO/10,0,20\nRAPID\nGOTO/10,0,40\nFINI\n",
+      machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_TRUE(p.report->verification->passed());
+}
+
 // A program that was edited: what the verification says of it.
 TEST(AroundTheCut, IsJudgedInEditedPrograms) {
   const Machine machine = test::shop_machine(test::kShopMachines[2]);

@@ -17,6 +17,8 @@ struct PathModes {
   /// How far the tool leaves the part along its axis from `point`, mm: to the clearance plane, else as far as
   /// the options say; warns where it does not come there.
   double retract_way_mm(const path::Point& point, SourceRef where, Posting& posting) const;
+  /// The same, however high the safe height is.
+  double way_asked_mm(const path::Point& point, SourceRef where, Posting& posting) const;
 };
 
 }  // namespace trunnion::post
