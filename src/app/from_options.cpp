@@ -16,9 +16,9 @@ void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
   c.add_option("--from-path", path,
                "what lies between the ends of its blocks: what a CL file has there, so that the way of its "
                "machine from point to point, with its nonlinear error, does not count (points); or that way "
-               "itself, by points on it (motion)")
-      ->check(CLI::IsMember({"points", "motion"}))
-      ->capture_default_str();
+               "itself, by points on it (motion). Without this option it is points, and a block that "
+               "turns the part further than that is refused. Rapids go as that machine takes them")
+      ->check(CLI::IsMember({"points", "motion"}));
   c.add_option(
        "--from-words", words,
        "what its X Y Z are where it has changed a tool and switched no length compensation on: of the tip, "
@@ -30,7 +30,7 @@ void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
 Result<std::optional<MachineFiles>> FromOptions::load(const MachineOptions& target,
                                                       Diagnostics& diagnostics) const {
   if (!is_asked()) {
-    if (machine.empty() && path == "points" && words.empty()) return std::optional<MachineFiles>{};
+    if (machine.empty() && path.empty() && words.empty()) return std::optional<MachineFiles>{};
     return fail(
         ErrorCode::wrong_use,
         "--from-machine, --from-path and --from-words are about an NC program: --from CONTROLLER says that " +

@@ -13,7 +13,7 @@ namespace trunnion::app {
 struct FromOptions {
   std::string controller;
   std::string machine;
-  std::string path = "points";
+  std::string path;
   std::string words;
   std::string input;
 
@@ -26,7 +26,9 @@ struct FromOptions {
   /// `files` must outlive it.
   post::NcOrigin resolve(const MachineFiles& files) const {
     return {&files.machine, &files.controller,
-            path == "motion" ? post::FromPath::motion : post::FromPath::points,
+            path == "motion"   ? post::FromPath::motion
+            : path == "points" ? post::FromPath::points
+                               : post::FromPath::near_points,
             words == "tip"       ? post::FromWords::tip
             : words == "spindle" ? post::FromWords::spindle
                                  : post::FromWords::refused};

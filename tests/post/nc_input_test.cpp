@@ -1,6 +1,7 @@
 // NC programs as paths: a program that is read for its own machine is written again word for word, whatever
 // the control; by way of another machine it comes back; what it does not say is refused by its line.
 #include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <map>
 #include <sstream>
@@ -18,7 +19,7 @@ namespace {
 struct ReadFrom {
   Machine machine;
   std::string control = "linuxcnc";
-  FromPath path = FromPath::points;
+  FromPath path = FromPath::near_points;
 };
 
 test::Posted reposted(const std::string& nc, const ReadFrom& from, const Machine& given,
@@ -43,6 +44,12 @@ test::Posted reposted(const std::string& nc, const ReadFrom& from, const Machine
         return Result<void>{};
       },
       out.diagnostics);
+  return out;
+}
+
+std::string said(const test::Posted& p) {
+  std::string out;
+  for (const auto& f : p.diagnostics.findings()) out += f.text() + "\n";
   return out;
 }
 
@@ -220,8 +227,16 @@ TEST(NcInput, ThePathBetweenPointsIsChosen) {
       "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A30 C0\nG0 X40 Y0\nG0 Z50\nG1 Z40 F500\n"
       "G1 X40 Y0 Z40 C90 F500\nG0 Z100\nM2\n";
   ReadFrom from{machine};
+  // Nobody has said which: the middle of the quarter turn is 40 (1 - cos 45 deg) = 11.72 mm off.
+  const auto open = reposted(nc, from, machine);
+  ASSERT_FALSE(open.report);
+  EXPECT_THAT(said(open),
+              ::testing::HasSubstr("part.nc:10:4: error: rotary axes turn by 90.00 deg in this cut"));
+  EXPECT_THAT(said(open), ::testing::HasSubstr("--from-path motion"));
+  from.path = FromPath::points;
   const auto points = reposted(nc, from, machine);
   ASSERT_TRUE(points.report) << points.report.error().text();
+  EXPECT_THAT(said(points), ::testing::HasSubstr("that way is left out"));
   EXPECT_EQ(points.report->points_in, 4u);
   EXPECT_GT(points.report->points_inserted, 10u);
   from.path = FromPath::motion;
@@ -241,6 +256,55 @@ TEST(NcInput, ThePathBetweenPointsIsChosen) {
     }
   }
   EXPECT_GT(turning, 20u);
+}
+
+// The table is indexed over the part while X, Y and Z stand: a straight line of the tip would lead through
+// it.
+TEST(NcInput, RapidsGoAsTheMachineTakesThem) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string nc =
+      "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A40 C0\nG0 X30 Y10\nG0 Z50\nG1 Z10 F200\nG0 Z100\n"
+      "G0 C180\nG0 Z50\nG1 Z10 F200\nG0 Z100\nM2\n";
+  const auto p = reposted(nc, {machine}, machine);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const std::vector<std::string> lines = words_of(p.nc);
+  const auto last = std::find_if(lines.begin(), lines.end(), [](const std::string& line) {
+    return line.find("C180.0") != std::string::npos;
+  });
+  ASSERT_NE(last, lines.end());
+  std::size_t turning = 0;
+  for (auto line = last; line != lines.begin() && line->find('C') != std::string::npos; --line, ++turning) {
+    for (const auto& [word, stands] : {std::pair{'X', 30.0}, {'Y', 10.0}, {'Z', 100.0}, {'A', 40.0}}) {
+      const auto at = line->find(word);
+      if (at == std::string::npos) continue;
+      EXPECT_NEAR(std::stod(line->substr(at + 1)), stands, 2e-3) << *line;
+    }
+  }
+  EXPECT_GT(turning, 5u);
+}
+
+// A ring that is milled by a turn of the table: its ends are one place.
+TEST(NcInput, ATurnOfTheTableUnderTheToolIsNotLost) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string nc =
+      "G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A0 C0\nG0 X30 Y10\nG0 Z50\nG1 Z10 F200\n"
+      "G1 C360 F1000\nG0 Z50\nM2\n";
+  ReadFrom from{machine};
+  EXPECT_FALSE(reposted(nc, from, machine).report);
+  from.path = FromPath::motion;
+  const auto ring = reposted(nc, from, machine);
+  ASSERT_TRUE(ring.report) << ring.report.error().text();
+  const double radius = std::hypot(30.0, 10.0);
+  EXPECT_GT(static_cast<double>(ring.report->points_in), 2.0 * kPi / (2.0 * std::acos(1.0 - 0.001 / radius)));
+}
+
+TEST(NcInput, ARotaryAxisBeyondItsTravelIsNoPlace) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto p =
+      reposted("G21 G90 G17\nG54\nT1 M6\nG43 H1\nS1000 M3\nG0 A10 C0\nG0 X30 Y10\nG0 Z50\nG1 A370 F200\nM2\n",
+               {machine}, machine);
+  ASSERT_FALSE(p.report);
+  EXPECT_THAT(said(p), ::testing::HasSubstr("axis A would stand at 370.00 deg, beyond its travel"));
 }
 
 // As posts of CAM systems and people at controls write them.

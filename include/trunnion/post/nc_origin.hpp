@@ -6,8 +6,13 @@
 
 namespace trunnion::post {
 
-/// What lies between two points of an NC program that is read as a path.
+/// What lies between the ends of two blocks that cut, of an NC program that is read as a path. Rapids go as
+/// the axes of the machine take them.
 enum class FromPath : std::uint8_t {
+  /// As `points`, but a block whose way leaves that of a CL file by more than 0.5 mm, or whose tool axis by
+  /// more than 5 deg, is rejected: a rotary axis turns the part under the tool there, and the program means
+  /// it.
+  near_points,
   /// The ends of the blocks are the points of the path, joined as points of a CL file are: the tip goes
   /// straight, the tool axis on the great circle.
   points,
@@ -29,7 +34,7 @@ struct NcOrigin {
   /// of its rotary axes and its words matter; what a joint program does hangs on all of it.
   const Machine* machine = nullptr;
   const nc::Controller* controller = nullptr;  // as it is set up on that machine (`with_axes_of`)
-  FromPath path = FromPath::points;
+  FromPath path = FromPath::near_points;
   FromWords words = FromWords::refused;
 };
 

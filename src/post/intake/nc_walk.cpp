@@ -350,15 +350,53 @@ cl::Feed NcWalk::feed_of(const BlockEnd& end, const nc::Motion& motion) const {
   return {cl::FeedMode::inverse, 1.0 / times_.seconds(way, motion.feed_mode, motion.feed)};
 }
 
-// On joints that move linearly the second derivative of the tip is at most
-//     Omega^2 (|w| + |b|) + 2 Omega (|w'| + |b'|)     (TableKinematics)
-// and a chord over 1/n of the block is off by at most an eighth of it over n^2.
-double NcWalk::pieces_to(const BlockEnd& end) const {
-  if (origin_.path == FromPath::points) return 1.0;
-  const TableKinematics& k = in_force_.kinematics;
+BlockEnd NcWalk::on_way(const BlockEnd& end, double t) const {
+  BlockEnd out = end;
+  out.q = JointVector::interpolate(at_->q, end.q, t);
+  if (end.tcp && at_->tcp) {
+    in_force_.kinematics.solve_linear(at_->word_tip_P + t * (end.word_tip_P - at_->word_tip_P),
+                                      in_force_.kinematics.sines(out.q), out.q);
+  }
+  return out;
+}
+
+double NcWalk::turn_to(const BlockEnd& end) const {
   double turn = 0.0;
   for (AxisId id = 0; id < axis_words_.count; ++id)
     if (!axis_words_.is_linear(id)) turn += std::abs(end.q[id] - at_->q[id]);
+  return turn;
+}
+
+NcWalk::OffLine NcWalk::off_line(const BlockEnd& end) const {
+  constexpr double kStep_rad = 0.25;  // of the rotary axes, from place to place
+  constexpr double kMostPlaces = 10000.0;
+  constexpr double kSame = 1e-9;
+  OffLine out;
+  const double turn = turn_to(end);
+  if (turn == 0.0) return out;
+  const double places = std::min(kMostPlaces, std::ceil(turn / kStep_rad) + 1.0);
+  const ToolPose from = pose_of(*at_), to = pose_of(end);
+  const Vec3 way = to.tip_P - from.tip_P;
+  const Vec3 normal = from.axis_P.cross(to.axis_P);
+  for (double i = 1.0; i < places; ++i) {
+    const ToolPose here = pose_on_way(end, i / places);
+    const double along =
+        way.isZero(0.0) ? 0.0 : std::clamp((here.tip_P - from.tip_P).dot(way) / way.squaredNorm(), 0.0, 1.0);
+    out.tip_mm = std::max(out.tip_mm, (here.tip_P - from.tip_P - along * way).norm());
+    const double beside = normal.norm() > kSame
+                              ? std::asin(std::min(1.0, std::abs(here.axis_P.dot(normal.normalized()))))
+                              : std::acos(std::clamp(here.axis_P.dot(from.axis_P), -1.0, 1.0));
+    out.axis_rad = std::max(out.axis_rad, beside);
+  }
+  return out;
+}
+
+// On joints that move linearly the second derivative of the tip is at most
+//     Omega^2 (|w| + |b|) + 2 Omega (|w'| + |b'|)     (TableKinematics)
+// and a chord over 1/n of the block is off by at most an eighth of it over n^2.
+double NcWalk::pieces_to(const BlockEnd& end, const OffLine& limit) const {
+  const TableKinematics& k = in_force_.kinematics;
+  const double turn = turn_to(end);
   double bends_mm = 0.0;
   if (!(end.tcp && at_->tcp)) {
     const double far_mm =
@@ -367,31 +405,48 @@ double NcWalk::pieces_to(const BlockEnd& end) const {
     bends_mm = turn * (turn * far_mm + 2.0 * way_mm);
   }
   constexpr double kChord = 8.0;
-  const double n2 = std::max(bends_mm / (kChord * keep_.arc_mm), turn * turn / (kChord * keep_.axis.rad()));
+  const double n2 = std::max(bends_mm / (kChord * limit.tip_mm), turn * turn / (kChord * limit.axis_rad));
   return std::max(1.0, std::ceil(std::sqrt(n2)));
 }
 
-void NcWalk::put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where) {
-  const double wanted = pieces_to(end);
+// Programs whose points stand too far apart have errors of some tenths of a mm between them, and of a degree
+// or two; what leaves the line further is a part that the table turns under the tool.
+bool NcWalk::says_its_way(const BlockEnd& end, SourceRef where) {
+  constexpr OffLine kOwnError{0.5, 5.0 / kDegreePerRad};
+  if (origin_.path == FromPath::motion) return true;
+  const OffLine off = off_line(end);
+  if (off.within(kOwnError)) return true;
+  const std::string what = "rotary axes turn by " + fixed_text(turn_to(end) * kDegreePerRad, 2) +
+                           " deg in this cut; on its way from end to end the tip of that machine is " +
+                           fixed_text(off.tip_mm, 2) + " mm off the straight line, the tool axis " +
+                           fixed_text(off.axis_rad * kDegreePerRad, 2) + " deg off the shortest turn";
+  if (origin_.path == FromPath::points) {
+    diagnostics_.warning_once("way", file_, where, what + ": that way is left out (--from-path points)");
+    return true;
+  }
+  refuse(where, "way", what + " (--from-path motion takes that way along, --from-path points goes straight)");
+  return false;
+}
+
+void NcWalk::put_way(const BlockEnd& end, const cl::Motion& last, double wanted, SourceRef where) {
   constexpr std::size_t kMostPieces = 100000;
   if (!(wanted <= kMostPieces))
     return refuse(where, "pieces",
                   "the way of this block needs " + shortest_text(wanted) + " points, more than " +
-                      std::to_string(kMostPieces) + " (--from-path points)");
+                      std::to_string(kMostPieces) + (last.rapid ? "" : " (--from-path points)"));
   const auto pieces = static_cast<std::size_t>(wanted);
-  cl::Feed each = feed;
-  if (each.mode == cl::FeedMode::inverse) each.value *= static_cast<double>(pieces);
-  for (std::size_t i = 1; i < pieces; ++i) {
-    const double t = static_cast<double>(i) / static_cast<double>(pieces);
-    JointVector q = JointVector::interpolate(at_->q, end.q, t);
-    if (end.tcp && at_->tcp) {
-      in_force_.kinematics.solve_linear(at_->word_tip_P + t * (end.word_tip_P - at_->word_tip_P),
-                                        in_force_.kinematics.sines(q), q);
-    }
-    const ToolPose on_way = in_force_.kinematics.pose(q);
-    put(where, cl::Motion{on_way.tip_P, on_way.axis_P, each, false, false});
+  cl::Motion each = last;
+  if (each.feed.mode == cl::FeedMode::inverse) each.feed.value *= static_cast<double>(pieces);
+  for (std::size_t i = 1; i <= pieces; ++i) {
+    const BlockEnd here =
+        i < pieces ? on_way(end, static_cast<double>(i) / static_cast<double>(pieces)) : end;
+    const ToolPose pose = pose_of(here);
+    each.tip_P = pose.tip_P;
+    each.axis_P = pose.axis_P;
+    if (last.rapid) put_rotary(here, where);
+    put(where, each);
   }
-  put(where, cl::Motion{pose.tip_P, pose.axis_P, each, false, false});
+  rotary_ = end.q;
 }
 
 void NcWalk::put_rotary(const BlockEnd& end, SourceRef where) {
@@ -457,16 +512,26 @@ void NcWalk::take(const nc::Motion& motion) {
   const ToolPose pose = pose_of(end);
   if (!stands_in_plane(pose, motion.source)) return;
   if (!rapid && !may_cut(motion.source)) return;
+  if (!stands_in_travel(end, motion)) return;
   if (at_ && at_->q == end.q) return;
   if (rapid) {
-    put_rotary(end, motion.source);
     const cl::Motion out{pose.tip_P, pose.axis_P, {}, true, false};
     // Under tool-centre-point control it says X, Y and Z together where it is over the part.
-    if (at_ || !end.tcp) {
-      const bool rises = at_ && rises_to_height(*at_, end);
-      put(motion.source, out);
+    if (at_) {
+      // A rapid is not where a path is made better: it goes as the old one did, and hits nothing that that
+      // one did not hit.
+      // How the tool turns about its tip is up to the rotary axes, there as here.
+      // Ends of blocks that keep to 1 mm of a rapid of a CL file, as those of `post` do, are left as they
+      // are.
+      constexpr OffLine kRapid{2.0, kPi}, kPiece{1.0, 10.0 / kDegreePerRad};
+      const bool rises = rises_to_height(*at_, end);
+      put_way(end, out, off_line(end).within(kRapid) ? 1.0 : pieces_to(end, kPiece), motion.source);
       if (rises) moved_.risen = records_.size();
+    } else if (!end.tcp) {
+      put_rotary(end, motion.source);
+      put(motion.source, out);
     } else {
+      put_rotary(end, motion.source);
       put_tool();
       put_approach();
       moved_.ever = true;
@@ -475,11 +540,32 @@ void NcWalk::take(const nc::Motion& motion) {
   } else {
     if (down)
       put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, feed_of(motion.feed), false, false});
-    else
-      put_motion(end, pose, feed_of(end, motion), motion.source);
+    else if (says_its_way(end, motion.source))
+      put_way(end, {pose.tip_P, pose.axis_P, feed_of(end, motion), false, false},
+              origin_.path == FromPath::motion ? pieces_to(end, {keep_.arc_mm, keep_.axis.rad()}) : 1.0,
+              motion.source);
     rotary_ = end.q;
   }
   at_ = end;
+}
+
+// Of linear axes only a stated work offset could tell.
+bool NcWalk::stands_in_travel(const BlockEnd& end, const nc::Motion& motion) {
+  constexpr double kRounding_rad = 1e-6;
+  for (AxisId id = 0; id < axis_words_.count; ++id) {
+    const Axis& axis = origin_.machine->axes[id];
+    if (axis.cyclic || axis_words_.is_linear(id) || !motion.words.has(axis_words_.letters[id]) ||
+        axis.within_limits(end.q[id] - std::copysign(kRounding_rad, end.q[id])))
+      continue;
+    refuse(motion.source, "travel",
+           std::string("axis ") + letter_of(axis_words_.letters[id]) + " would stand at " +
+               fixed_text(end.q[id] * kDegreePerRad, 2) + " deg, beyond its travel of " +
+               fixed_text(axis.min * kDegreePerRad, 2) + " to " + fixed_text(axis.max * kDegreePerRad, 2) +
+               " deg: machine '" + origin_.machine->name + "' (" + origin_.machine->file +
+               "; --from-machine: the machine that the program was made for)");
+    return false;
+  }
+  return true;
 }
 
 // A program for three axes says nothing of the rotary ones.

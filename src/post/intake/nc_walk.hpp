@@ -58,14 +58,32 @@ class NcWalk {
   /// False, with a message: the tip of a cut hangs on what the program has not said.
   bool may_cut(SourceRef where);
   bool stands_in_plane(const ToolPose& pose, SourceRef where);
+  /// False, with a message: a rotary axis beyond its travel.
+  bool stands_in_travel(const BlockEnd& end, const nc::Motion& motion);
   bool turns_between(const BlockEnd& from, const JointVector& words) const;
   ToolPose pose_of(const BlockEnd& end) const;
   ToolPose pose_at(const JointVector& words) const { return pose_of(in_force_.end_at(words)); }
   cl::Feed feed_of(const BlockEnd& end, const nc::Motion& motion) const;
   cl::Feed feed_of(std::int64_t per_minute) const;
   cl::Feed feed_of(const nc::Hole& hole) const;
-  double pieces_to(const BlockEnd& end) const;
-  void put_motion(const BlockEnd& end, const ToolPose& pose, const cl::Feed& feed, SourceRef where);
+  /// Where the machine is at a share `t` of the way from `at_`.
+  ToolPose pose_on_way(const BlockEnd& end, double t) const { return pose_of(on_way(end, t)); }
+  BlockEnd on_way(const BlockEnd& end, double t) const;
+  /// Of all rotary axes together, in rad.
+  double turn_to(const BlockEnd& end) const;
+  /// What the way of the machine to `end` is off by, beside the straight line of the tip and the great circle
+  /// of the tool axis, as far as places on it show.
+  struct OffLine {
+    double tip_mm = 0.0;
+    double axis_rad = 0.0;
+    bool within(const OffLine& limit) const { return tip_mm <= limit.tip_mm && axis_rad <= limit.axis_rad; }
+  };
+  OffLine off_line(const BlockEnd& end) const;
+  /// So many pieces of the way keep to `limit`.
+  double pieces_to(const BlockEnd& end, const OffLine& limit) const;
+  /// False, with a message: what the program means by this cut its ends do not say.
+  bool says_its_way(const BlockEnd& end, SourceRef where);
+  void put_way(const BlockEnd& end, const cl::Motion& last, double pieces, SourceRef where);
   void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
                   SourceRef where);
   /// The spindle as a tapping cycle turns it; false, with a message, where it contradicts what was said.
