@@ -112,7 +112,9 @@ std::string headline(const Diagnosis& d) {
         sets.push_back("one of " + std::to_string(d.sets.size() - shown) + " others");
       for (const auto& b : d.bookkeeping)
         sets.push_back("a mistake in the files (" + std::string(text_of(b.convention.kind)) + ")");
-      out = "Something is missing, and these data cannot tell which: " + joined(sets, " or ");
+      out = sets.size() == 1
+                ? "Something is missing, perhaps " + sets.front()
+                : "Something is missing, and these data cannot tell which: " + joined(sets, " or ");
       break;
     }
     case Verdict::not_in_library:

@@ -41,8 +41,12 @@ constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
-constexpr double kBesideAPart = 0.7;
+constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
+// What is in the library is known physics of such machines, and one of the thousands of functions follows two
+// effects closely by chance: odds of 100 : 1, in -2 ln, in favour of effects that leave only noise.
+constexpr double kKnownPhysics = 9.2;
+constexpr double kHardlyNoise = 0.05;  // p of what is left
 // Of effects among those found beside which the others may be of second order: their share of what all do,
 // and how far above the noise (chi-square): a hundredth of their size is then above it, too.
 constexpr double kShareOfLarge = 0.99, kFarAboveNoise = 1e5;
@@ -334,6 +338,8 @@ class Engine {
         d.verdict != Verdict::not_in_library && !d.null_directions.empty())
       d.next = next_for_open_parameters(o_, whole ? *whole : base);
     if (d.paragraph.empty()) d.paragraph = paragraph(d, atoms, x.found);
+    if (!d.effects.empty() && one_function(x, atoms) == OneFunction::as_good)
+      d.paragraph += one_function_text(d);
   }
 
   // Each covariate once, with its smallest p-value.
@@ -466,7 +472,8 @@ class Engine {
       d.confidence = 0.97;
       return;
     }
-    if (simpler_than(x, atoms)) {
+    const OneFunction function = one_function(x, atoms);
+    if (function == OneFunction::better) {
       d.verdict = Verdict::not_in_library;
       d.imitators = x.found.ids(atoms);
       d.confidence = 0.97;
@@ -482,10 +489,13 @@ class Engine {
     } else if (!x.rivals.empty()) {
       d.verdict = Verdict::ambiguous;
       d.confidence = kAmongSets;
+    } else if (function == OneFunction::as_good) {
+      d.verdict = Verdict::ambiguous;
     } else {
       d.verdict = Verdict::named;
-      if (x.after.p < 0.05) d.confidence *= 0.93;  // the rest is hardly noise
+      if (x.after.p < kHardlyNoise) d.confidence *= 0.93;  // the rest is hardly noise
     }
+    if (function == OneFunction::as_good) d.confidence = std::min(d.confidence, kBesideOneFunction);
     if (x.rivals.empty()) refuse_harm(d, atoms, x);
   }
 
@@ -502,16 +512,21 @@ class Engine {
     d.sets.clear();
   }
 
-  // One function of the state that does what two or three effects are needed for: they imitate it.
-  bool simpler_than(const Outcome& x, const Atoms& atoms) const {
-    if (x.found.members.size() < 2) return false;
+  // One function of the state that does what two or three effects are needed for: they imitate it, or it
+  // imitates them.
+  enum class OneFunction { worse, as_good, better };
+  OneFunction one_function(const Outcome& x, const Atoms& atoms) const {
+    if (x.found.members.size() < 2) return OneFunction::worse;
     double best = INFINITY;
     for (const auto& t : x.before.tests) {
       if (t.neighbours || t.rank == 0) continue;
       best = std::min(best, occam(t.drop, static_cast<double>(t.rank)) - t.drop);
     }
     best += base_rss(atoms) / noise_.variance + 2.0 * std::log(x.before.tried);
-    return best < x.found.criterion + kAsSimple;
+    const double ahead = x.found.criterion - best;
+    if (x.after.p < kHardlyNoise) return ahead > -kAsSimple ? OneFunction::better : OneFunction::worse;
+    if (ahead > kKnownPhysics) return OneFunction::better;
+    return ahead > 0.0 ? OneFunction::as_good : OneFunction::worse;
   }
 
   void decide_without_effect(Diagnosis& d, const Outcome& x) const {

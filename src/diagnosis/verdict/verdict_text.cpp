@@ -127,6 +127,12 @@ std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
   return names.empty() ? "no single covariate" : listed(names, " and ");
 }
 
+// What the one function depends on, where its tests say it.
+std::string function_text(const Diagnosis& d) {
+  const bool known = !d.depends_on.empty() && d.depends_on.front().p_value <= 0.01;
+  return "function of " + (known ? d.depends_on.front().covariate : std::string("the positions"));
+}
+
 }  // namespace
 
 bool Diagnosis::number_is_open() const {
@@ -152,10 +158,18 @@ std::string imitated_text(const Diagnosis& d) {
   return "The model misses something real that is none of the effects known here: the residual of " +
          sizes_text(d.rms_um, d.rms_urad) + " depends on " + where(d.depends_on) + ". " +
          listed(d.imitators, " and ") + (d.imitators.size() > 1 ? " together can" : " can") +
-         " imitate it, but one function of " + where(d.depends_on, 1) +
+         " imitate it, but one " + function_text(d) +
          " does so with fewer parameters. Look at the residual against it, and write the effect as a formula "
          "in "
          "the model file.";
+}
+
+std::string one_function_text(const Diagnosis& d) {
+  return " Or none of these effects is missing, but one error that the library lacks: a single " +
+         function_text(d) +
+         " does the same with fewer parameters. Add nothing before a measurement at other positions tells "
+         "the "
+         "two apart.";
 }
 
 std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found) {
@@ -193,6 +207,11 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
       std::vector<std::string> sets;
       for (const auto& set : d.sets) sets.push_back(listed(set, " with "));
       const std::vector<std::string> common = in_all(d.sets);
+      if (sets.size() == 1) {
+        out = "Something is missing, perhaps " + sets.front() + ": with these effects the rest is noise." +
+              effects_text(d, atoms, found);
+        break;
+      }
       out = "Something is missing, and these data cannot tell which: " + listed(sets, " or ") +
             ". All of them fit the readings about equally well" +
             (common.empty()

@@ -17,6 +17,9 @@ std::string short_number(double value);
 /// Of effects that imitate what one function of the state does: not_in_library.
 std::string imitated_text(const Diagnosis& d);
 
+/// Of effects that one function of the state does as well as: begins with a space.
+std::string one_function_text(const Diagnosis& d);
+
 /// The formula that goes with it, and how it is added; begins with a space.
 std::string formula_text(const ProposedFormula& formula);
 
