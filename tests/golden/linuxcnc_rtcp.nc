@@ -49,6 +49,9 @@ M429
 G53 G0 Z700.0000
 (tool 4, gauge length 150 mm, length register 4)
 T4 M6
+G17 G21 G40 G80 G90 G94
+G61
+G54
 G43 H4
 S12000 M3
 M8

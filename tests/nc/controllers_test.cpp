@@ -60,7 +60,7 @@ TEST(Fanuc30i, SwitchesToolCentreControlOffForRetractAndToolChange) {
   EXPECT_THAT(text, HasSubstr(" G4 X1.5\n"));        // seconds
   EXPECT_THAT(text,
               HasSubstr(" G49\nN100 G53 G0 Z610.\nN110 G0 G43.4 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
-  EXPECT_THAT(text, HasSubstr(" G94\nN150 M30\n%\n"));
+  EXPECT_THAT(text, HasSubstr(" T5 M6\nN140 G17 G21 G40 G80 G90 G94\nN150 G54\nN160 M30\n%\n"));
 }
 
 TEST(Fanuc30i, TiltsThePlaneWithEulerAnglesAndThenTurnsTheTable) {
@@ -79,7 +79,9 @@ TEST(Siemens840D, UsesItsOwnWords) {
   EXPECT_THAT(text, HasSubstr(" X1 Y2 Z100 A=DC(330) C=DC(200)\nN90 TRAORI\nN100 ORIMKS\nN110 ORIAXES\n"));
   EXPECT_THAT(text, HasSubstr(" G93 G1 X1 Y2 Z50 C=DC(350) F5\nN130 Y3 C=DC(10) F5\n"));
   EXPECT_THAT(text, HasSubstr(" G4 F1.5\nN150 TRAFOOF\nN160 SUPA G0 Z610 D0\nN170 D1\nN180 TRAORI\n"));
-  EXPECT_THAT(text, HasSubstr(" TRAFOOF\nN230 T5\nN240 M6\nN250 G94\nN260 M30\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr(" TRAFOOF\nN230 T5\nN240 M6\nN250 G17 G40 G710 G90 G94\nN260 RTLION\nN270 G54\nN280 M30\n"));
 }
 
 TEST(Siemens840D, AnAxisWithLimitsIsNoModuloAxis) {
@@ -128,7 +130,8 @@ TEST(HeidenhainTnc640, SpeaksKlartext) {
       text,
       HasSubstr(
           "13 M129\n14 L Z+610 R0 FMAX M91\n15 M128\n16 L X+1 Y+3 Z+100 FMAX\n17 M129\n18 TOOL CALL 5 Z\n"));
-  EXPECT_THAT(text, HasSubstr("19 M30\n20 END PGM PART MM\n"));
+  EXPECT_THAT(text, HasSubstr("18 TOOL CALL 5 Z\n19 M126\n20 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n21 "
+                              "M30\n22 END PGM PART MM\n"));
 }
 
 TEST(HeidenhainTnc640, TiltsThePlaneWithSpatialAngles) {
@@ -162,7 +165,7 @@ TEST(LinuxCnc, WritesFourDecimalsAndTheExactPath) {
   EXPECT_THAT(text, HasSubstr("G0 X1.0000 Y2.0000 Z100.0000 A-30.0000 C200.0000\nM428\nG93 G1 X1.0000 "
                               "Y2.0000 Z50.0000 C350.0000 F5.0000\n"));
   EXPECT_THAT(text, HasSubstr("G4 P1.500\nM429\nG53 G0 Z610.0000\nM428\n"));
-  EXPECT_THAT(text, HasSubstr("M429\nT5 M6\nG94\nM2\n"));
+  EXPECT_THAT(text, HasSubstr("M429\nT5 M6\nG17 G21 G40 G80 G90 G94\nG61\nG54\nM2\n"));
 }
 
 // Nothing is known of these, and nothing is made up.

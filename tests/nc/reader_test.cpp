@@ -183,6 +183,18 @@ TEST(Reader, RefusesNumbersWithoutPointWhereTheyMeanIncrements) {
               ElementsAre("program start  1", "rapid X 0 Y 10000", "program end"));
 }
 
+// Block by block, and in runs of blocks that are read together.
+TEST(Reader, RefusesAnFThatTheControlDoesNotTake) {
+  std::string many = "G90\nG0 X0. Y0. Z50.\nG93 G1 Z20. F400.\n";
+  for (int i = 1; i <= 40; ++i)
+    many += "X" + std::to_string(i) + ".125 Y" + std::to_string(i) + ".250 F9999.999\n";
+  EXPECT_FALSE(read("fanuc_30i", many + "M30\n").empty());
+  EXPECT_THAT(first_error_of("fanuc_30i", many + "X1.125 Y1.250 F10000.000\nX2.125 Y2.250 F9999.999\nM30\n"),
+              HasSubstr("p.nc:44:1: error: F is larger than the control takes, 9999.999"));
+  EXPECT_THAT(first_error_of("fanuc_30i", "G90\nG0 X0. Y0. Z50.\nG93 G1 Z20. F10000.\nM30\n"),
+              HasSubstr("error: F is larger than the control takes, 9999.999"));
+}
+
 // So they do in cycles, arcs, dwells, planes and shifts, and F where the control file says so. What counts
 // things is whole.
 TEST(Reader, RefusesNumbersWithoutPointInEveryKindOfBlock) {
@@ -202,6 +214,10 @@ TEST(Reader, RefusesNumbersWithoutPointInEveryKindOfBlock) {
                                    {"G52 X5 Y0. Z0.", "{x}"}}) {
     EXPECT_THAT(all_of("fanuc_30i", line), HasSubstr(std::string(what) + " has no decimal point")) << line;
   }
+  // The turn of a whole minute, or of a thousandth of it: bit 0 of parameter 3401.
+  EXPECT_THAT(all_of("fanuc_30i", "G93 X10. F75"), HasSubstr("F has no decimal point"));
+  EXPECT_THAT(all_of("fanuc_30i", "G93 X10. F75.\nX11. F75"),
+              HasSubstr("p.nc:5:1: error: F has no decimal point"));
   for (const char* line : {"G1 X10. F100", "X10. F100", "G99 G81 X0. Y0. Z-2. R13. F100"})
     EXPECT_THAT(all_of("haas_ngc", line), HasSubstr("F has no decimal point")) << line;
   const auto reads = [](const std::string& name, const std::string& line) {

@@ -109,6 +109,39 @@ TEST(ControlState, CoolantIsSaidAgainAfterAToolChange) {
   EXPECT_THAT(p.without(p.line("M8", p.line("T2 M6"))), HasSubstr("the coolant is not said again"));
 }
 
+// An operator begins there, behind a reset: in the first work offset, with F per minute.
+TEST(ControlState, ModesAreSaidAgainBehindAToolChange) {
+  const std::string second = std::string("SET/OFSETL,2\n") + kPath;
+  for (const char* control :
+       {"fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640", "iso", "linuxcnc"}) {
+    const Program p(second.c_str(), control);
+    const bool is_klartext = std::string_view(control) == "heidenhain_tnc640";
+    const bool is_siemens = std::string_view(control) == "siemens_840d_sl";
+    // Behind the head, which names the tools too.
+    const std::size_t call = p.line(is_klartext  ? "TOOL CALL 2 Z"
+                                    : is_siemens ? " T2"
+                                                 : "T2 M6",
+                                    p.line("M3"));
+    const std::size_t change = is_siemens ? call + 1 : call;
+    const auto is_behind = [&](const std::string& words) {
+      const std::size_t at = p.line(words, change);
+      EXPECT_LE(at, change + 5) << control << ": " << words;
+    };
+    is_behind(is_klartext ? "M126" : is_siemens ? "G17 G40 G710 G90 G94" : "G17 G21 G40 G80 G90 G94");
+    is_behind(is_klartext ? "CYCL DEF 247" : "G55");
+    if (is_siemens) is_behind("RTLION");
+    // Nothing that could move an axis.
+    EXPECT_EQ(p.lines()[change + 1].find("G49"), std::string::npos) << control;
+    const auto is_feed = [&](const std::string& line) {
+      return line.find(" F8") != std::string::npos || line.find("G1 ") != std::string::npos;
+    };
+    const auto cut =
+        std::find_if(p.lines().begin() + static_cast<std::ptrdiff_t>(change), p.lines().end(), is_feed);
+    ASSERT_NE(cut, p.lines().end());
+    EXPECT_THAT(*cut, HasSubstr(" F")) << control;
+  }
+}
+
 TEST(ControlState, SpindleAndCoolantAreSaidAgainBehindAStopThatEndsThem) {
   for (const char* control : {"fanuc_30i", "haas_ngc", "siemens_840d_sl", "heidenhain_tnc640", "iso"}) {
     const Program p(kPath, control);

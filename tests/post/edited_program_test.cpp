@@ -146,7 +146,7 @@ class Editor {
         continue;
       // Said twice, or a retract at the height where it is already.
       if (is_retract(i) && seen_retract(i)) continue;
-      if (said_again(i)) continue;
+      if (said_again(i) || restates_modes(i)) continue;
       // Where the tool is when the program begins nobody knows, and controls go up for a tool change.
       if (is_retract(i) && !seen_motion(i)) continue;
       // The spindle stops, or the coolant, and nothing is cut before it is said anew.
@@ -176,6 +176,18 @@ class Editor {
       if (words_of_line(lines_[j]) == words_of_line(lines_[i])) return true;
     }
     return false;
+  }
+  // Behind a tool change, for who begins there: who runs the program from its top has them in force.
+  bool restates_modes(std::size_t i) const {
+    const nc::Controller c = test::shipped_controller(control_);
+    const std::string w = words_of_line(lines_[i]);
+    const auto are = [&](const std::vector<std::string>& words) {
+      return !words.empty() && words.front() == w;
+    };
+    const auto& modes = c.program.modes;
+    return seen_motion(i) && (std::any_of(c.work_offsets.begin(), c.work_offsets.end(), are) ||
+                              std::any_of(c.path_modes.begin(), c.path_modes.end(), are) ||
+                              std::find(modes.begin(), modes.end(), w) != modes.end());
   }
   // No motion below since the last retract.
   bool seen_retract(std::size_t i) const {

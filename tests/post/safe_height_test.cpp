@@ -235,7 +235,9 @@ TEST(AroundTheCut, ComesBackAfterAStopAndResumesAfterAToolChange) {
   EXPECT_TRUE(p.report->verification->passed());
   EXPECT_THAT(p.nc, HasSubstr("G53 G0 Z610.\nN"));
   EXPECT_THAT(p.nc, ::testing::ContainsRegex("G53 G0 Z610.\nN[0-9]+ M1\n"));
-  EXPECT_THAT(p.nc, ::testing::ContainsRegex("T2 M6\nN[0-9]+ S4000 M3\nN[0-9]+ M8\n"));
+  EXPECT_THAT(p.nc,
+              ::testing::ContainsRegex(
+                  "T2 M6\nN[0-9]+ G17 G21 G40 G80 G90 G94\nN[0-9]+ G54\nN[0-9]+ S4000 M3\nN[0-9]+ M8\n"));
   EXPECT_THAT(p.nc, ::testing::ContainsRegex(
                         "G53 G0 Z610.\nN[0-9]+ G53 G0 X-200.\nN[0-9]+ M5\nN[0-9]+ M9\nN[0-9]+ M30\n"));
 }

@@ -113,6 +113,9 @@ struct Controller {
     std::string inverse_time = "G93";      // empty: the control has none
     bool inverse_time_every_block = true;  // F in every feed block while inverse time is active
     FeedPath path = FeedPath::all_axes;
+    /// What must be set on the control so that F per minute is of the length that `path` says, where rotary
+    /// axes turn and no tool-centre-point control is on; empty: it always is.
+    std::string per_minute_needs;
     std::optional<double> max_per_minute;    // largest F that the control takes, mm/min
     std::optional<double> max_inverse_time;  // 1/min
     /// Lowest rate of X Y Z that the control keeps in inverse time, mm/s: slower blocks run faster than told.
@@ -167,11 +170,15 @@ struct Controller {
     Template on;  // {x} {y} {z} {a} {b} {c}
     Template off;
     PlaneAngles angles = PlaneAngles::euler_zxz;
+    bool needs_length = false;  // length compensation must be on before it
   } tilted_plane;
 
   struct Program {
     Template begin;  // {number} {name}
     Template setup;
+    /// Of the words of `setup` those that switch nothing but modes: they stand again behind each tool change,
+    /// where an operator begins after a reset.
+    Template modes;
     Template end;                                        // {number} {name}
     Template also_end;                                   // other words that end a program, when reading
     std::int64_t first_reserved = 0, last_reserved = 0;  // numbers of the maker's macros; 0: none are known

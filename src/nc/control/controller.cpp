@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
@@ -127,6 +128,7 @@ void read_motion(Section& root, Controller& c) {
     read_choice<FeedPath>(
         s, "path", {{"linear_first", FeedPath::linear_first}, {"all_axes", FeedPath::all_axes}}, c.feed.path);
     if (auto v = s.find_number("max_per_minute")) c.feed.max_per_minute = *v;
+    read_into(s, "per_minute_needs", c.feed.per_minute_needs);
     if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
     if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
     c.feed.looks_ahead = s.flag_or("looks_ahead", c.feed.looks_ahead);
@@ -190,6 +192,7 @@ void read_compensation(Section& root, Controller& c) {
   in_section(root, "tilted_plane", [&](Section& s) {
     read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c, P::direction}, c.tilted_plane.on);
     read_template(s, "off", {}, c.tilted_plane.off);
+    read_into(s, "needs_length", c.tilted_plane.needs_length);
     read_choice<PlaneAngles>(s, "angles",
                              {{"euler_zxz", PlaneAngles::euler_zxz},
                               {"euler_xyz", PlaneAngles::euler_xyz},
@@ -432,6 +435,29 @@ void read_modes(Section& root, Controller& c) {
   });
 }
 
+// What is known to move nothing: the end of length compensation, which moves Z on some controls, is not among
+// them, nor a word that only this file knows.
+Template modes_of(const Controller& c) {
+  const auto is_mode = [&](const std::string& word) {
+    return word == c.feed.per_minute || word == c.incremental.off ||
+           std::find(c.silent.begin(), c.silent.end(), word) != c.silent.end();
+  };
+  Template out;
+  bool says_feed = c.feed.per_minute.empty();
+  for (const std::string& line : c.program.setup) {
+    std::string kept;
+    std::istringstream words(line);
+    for (std::string word; words >> word;) {
+      if (!is_mode(word)) continue;
+      says_feed = says_feed || word == c.feed.per_minute;
+      kept += (kept.empty() ? "" : c.line.separator) + word;
+    }
+    if (!kept.empty()) out.push_back(kept);
+  }
+  if (!says_feed) out.push_back(c.feed.per_minute);
+  return out;
+}
+
 void read_sections(Section& root, Controller& c) {
   in_section(root, "numbers", [&](Section& s) { read_numbers(s, c); });
   read_layout(root, c);
@@ -441,6 +467,7 @@ void read_sections(Section& root, Controller& c) {
   read_clamps(root, c);
   read_modes(root, c);
   read_shapes(root, c);
+  c.program.modes = modes_of(c);
 }
 
 // Bases are given by name and stand in the same folder.

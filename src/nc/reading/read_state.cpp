@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "trunnion/base/number_text.hpp"
+
 #include "nc/digits.hpp"
 
 namespace trunnion::nc {
@@ -78,14 +80,42 @@ void ReadState::set_feed_mode(FeedMode mode) {
   feed = 0;
 }
 
-// In whole mm a minute alone most controls need none; others have a reason.
+// In whole mm a minute alone most controls need none; others have a reason. G93 counts in thousandths where
+// axes do (bit 0 of parameter 3401 of Fanuc: F1 is 0.001 or 1).
 bool ReadState::wants_point_of_feed(const Number& number) const {
-  return c.numbers.point_required && !number.has_point && number.mantissa != 0 && c.refused.contains("F");
+  return c.numbers.point_required && !number.has_point && number.mantissa != 0 &&
+         (modal.feed_mode == FeedMode::inverse_time || c.refused.contains("F"));
+}
+
+void ReadState::check_size_of_feed(std::int64_t quanta, std::uint32_t column) {
+  const std::int64_t most = forms.largest_feed[static_cast<std::size_t>(modal.feed_mode)];
+  if (quanta <= most) return;
+  const bool inverse = modal.feed_mode == FeedMode::inverse_time;
+  error(column, "F is larger than the control takes, " +
+                    shortest_text(inverse ? *c.feed.max_inverse_time : *c.feed.max_per_minute) + " (" +
+                    c.file + ", [feed] " + (inverse ? "max_inverse_time" : "max_per_minute") + ")");
+}
+
+void ReadState::check_size_of_feeds(const MotionRun& run) {
+  const std::int64_t most = forms.largest_feed[static_cast<std::size_t>(run.feed_mode)];
+  if (most == kLargest) return;
+  const auto behind = run.feed.begin() + static_cast<std::ptrdiff_t>(run.count);
+  const auto large = std::find_if(run.feed.begin(), behind, [&](std::int64_t f) { return f > most; });
+  if (large == behind) return;
+  const std::uint32_t now = findings.line;
+  const SourceRef where = run.source[static_cast<std::size_t>(large - run.feed.begin())];
+  findings.line = where.line;
+  check_size_of_feed(*large, where.column);
+  findings.line = now;
 }
 
 void ReadState::check_point_of_feed(const Number& number, std::uint32_t column) {
-  if (wants_point_of_feed(number))
-    return error(column, "F has no decimal point: " + c.refused.find("F")->second);
+  if (wants_point_of_feed(number)) {
+    const auto why = c.refused.find("F");
+    return error(column,
+                 "F has no decimal point: " +
+                     (why != c.refused.end() ? why->second : "the control may count it in increments"));
+  }
   if (!language.others || !c.numbers.point_required || number.has_point || number.mantissa == 0) return;
   if (language.others->per_revolution() || language.others->in_inches())
     error(column, "F has no decimal point: the control would take it for a number of increments");

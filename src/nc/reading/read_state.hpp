@@ -7,6 +7,7 @@
 
 #include "trunnion/nc/reader.hpp"
 
+#include "nc/control/number_forms.hpp"
 #include "nc/modal_state.hpp"
 #include "nc/reading/control_language.hpp"
 #include "nc/reading/whole_program.hpp"
@@ -65,6 +66,7 @@ struct ReadState {
   ReaderOptions options;
   ControlLanguage language;
   ModalState modal{c};
+  NumberForms forms{c};
   std::int64_t feed = 0;  // 0: none
   CycleReturn cycle_return;
   Captures kept;  // values that later lines use
@@ -83,6 +85,9 @@ struct ReadState {
   /// The control would take this F for another one: it has no decimal point.
   bool wants_point_of_feed(const Number& number) const;
   void check_point_of_feed(const Number& number, std::uint32_t column);
+  /// With a message: F is larger than the control takes.
+  void check_size_of_feed(std::int64_t quanta, std::uint32_t column);
+  void check_size_of_feeds(const MotionRun& run);
   /// Feed per revolution as feed per minute at the speed that the spindle turns with.
   void follow_spindle(std::int64_t rpm);
   void follow_spindle() {

@@ -254,6 +254,7 @@ std::size_t RunReader::read(std::string_view text) {
     const auto i = static_cast<std::size_t>(std::countr_zero(rest));
     s_.modal.position.quanta[i] = run_.quanta[i][run_.count - 1];
   }
+  s_.check_size_of_feeds(run_);
   sink_(run_);
   return static_cast<std::size_t>(p - text.data());
 }

@@ -166,7 +166,24 @@ Result<void> BlockWriter::write(const ToolCall& b) {
   const auto values = Values()
                           .set(Placeholder::tool, std::to_string(b.tool))
                           .set(Placeholder::length_offset, std::to_string(b.length_offset));
-  return s_.put_words(s_.c.tool_change, values, "a tool change", "[tool] change");
+  if (auto done = s_.put_words(s_.c.tool_change, values, "a tool change", "[tool] change"); !done)
+    return done;
+  return s_.motions > 0 ? restate_modes() : Result<void>{};
+}
+
+// An operator who begins at a tool change, behind a reset, has the modes that the control starts with: it
+// counts in its first work offset and takes F per minute.
+Result<void> BlockWriter::restate_modes() {
+  if (auto done = s_.put_template(s_.c.program.modes, {}); !done) return done;
+  s_.modal.feed_mode = FeedMode::per_minute;
+  s_.modal.motion_kind.reset();
+  s_.feed = {kUnknown, kUnknown};
+  freed_ = 0;
+  if (const auto mode = std::exchange(s_.modal.path_mode, {})) {
+    if (auto done = write(*mode); !done) return done;
+  }
+  const std::int64_t offset = std::exchange(s_.modal.work_offset, 0);
+  return offset > 0 ? write(WorkOffset{offset}) : Result<void>{};
 }
 
 Result<void> BlockWriter::write(const LengthCompensation& b) {
@@ -398,6 +415,10 @@ Result<void> BlockWriter::write(const TiltedPlane& b) {
   s_.modal.switch_plane(b.on);
   if (!b.on)
     return s_.put_words(s_.c.tilted_plane.off, {}, "the end of a tilted plane", "[tilted_plane] off");
+  // What a retract switched off.
+  if (s_.c.tilted_plane.needs_length && s_.due.length) {
+    if (auto done = write(LengthCompensation(*s_.due.length)); !done) return done;
+  }
   // The control may turn its rotary axes for it.
   if (auto done = free_axes(kAllAxes); !done) return done;
   Values values;

@@ -41,6 +41,8 @@ class BlockWriter {
 
   Values program_values() const;
   Result<void> flush_setup(bool with_default_path_mode);
+  /// Behind a tool change, what the control has forgotten by then if it was reset.
+  Result<void> restate_modes();
   Result<void> restore_after_retract(std::uint16_t changed);
   Result<void> switch_tcp_off();
   /// Off now, on again with the next motion that it matters to.

@@ -90,6 +90,9 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   }
   if (!posting_.controller.motion.straight_rapids_need.empty())
     lines.push_back("Needs straight rapids: " + posting_.controller.motion.straight_rapids_need);
+  const std::string& needs = posting_.controller.feed.per_minute_needs;
+  if (posting_.options.feed == FeedOutput::per_minute && !posting_.options.rtcp && !needs.empty())
+    lines.push_back("F per minute needs: " + needs);
   lines.push_back(verdict_placeholder());
   for (const std::string& line : lines) {
     if (auto r = posting_.write(nc::Comment{line}); !r) return r;
