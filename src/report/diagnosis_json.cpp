@@ -100,6 +100,7 @@ ordered_json bookkeeping_json(const std::vector<Bookkeeping>& all) {
     if (c.kind == ConventionKind::unit) {
       one["factor"] = c.factor;
       one["with_uncertainty"] = c.with_uncertainty;
+      if (c.only_uncertainty) one["only_uncertainty"] = true;
     }
     if (c.kind == ConventionKind::tool_length) one["by_mm"] = -c.by_mm.z();  // + is longer
     if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset)

@@ -216,6 +216,76 @@ void merge_into(LogRun& run, const LogRun& more) {
   join_column(identity(more.rows()), more.feed_mm_s, run.feed_mm_s);
 }
 
+// The same time of a run in two files is one moment: what both say of it must be one value.
+std::string contradiction_of(const std::string& what, const LogRun& a, const LogRun& b,
+                             const std::vector<double>& of_a, const std::vector<double>& of_b) {
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < of_b.size(); ++k) {
+    while (i < a.rows() && a.time_s[i] < b.time_s[k]) ++i;
+    if (i == a.rows()) break;
+    if (a.time_s[i] != b.time_s[k] || std::isnan(of_a[i]) || std::isnan(of_b[k]) || of_a[i] == of_b[k])
+      continue;
+    return "run '" + a.id + "' has two values of " + what + " at " + shortest_text(b.time_s[k]) + " s, " +
+           shortest_text(of_a[i]) + " and " + shortest_text(of_b[k]);
+  }
+  return "";
+}
+
+std::string contradiction_between(const Log& a, const Log& b) {
+  for (const LogRun& run : b.runs) {
+    const auto same =
+        std::find_if(a.runs.begin(), a.runs.end(), [&](const LogRun& r) { return r.id == run.id; });
+    if (same == a.runs.end()) continue;
+    for (std::size_t k = 0; k < b.sensors.size(); ++k) {
+      const auto i = a.sensor(b.sensors[k]);
+      if (!i) continue;
+      if (auto text = contradiction_of("sensor " + b.sensors[k], *same, run, same->temperature_degC[*i],
+                                       run.temperature_degC[k]);
+          !text.empty())
+        return text;
+    }
+    for (std::size_t k = 0; k < b.channels.size(); ++k) {
+      const auto i = a.channel(b.channels[k]);
+      if (!i) continue;
+      if (auto text = contradiction_of(b.channels[k], *same, run, same->channel_mm[*i], run.channel_mm[k]);
+          !text.empty())
+        return text;
+    }
+  }
+  return "";
+}
+
+// What was measured once and stands there twice, under two names: it would be fitted and held out at once.
+std::string copied_run(const Log& log) {
+  constexpr std::size_t kFewest = 3;  // readings that differ: fewer may be alike by chance
+  const auto same = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+  };
+  const auto readings = [](const LogRun& run) {
+    std::vector<double> out;
+    for (const auto& channel : run.channel_mm)
+      std::copy_if(channel.begin(), channel.end(), std::back_inserter(out),
+                   [](double x) { return !std::isnan(x); });
+    std::sort(out.begin(), out.end());
+    out.erase(std::unique(out.begin(), out.end()), out.end());
+    return out;
+  };
+  const auto all_same = [&](const auto& a, const auto& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+  };
+  for (std::size_t i = 0; i < log.runs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const LogRun &a = log.runs[k], &b = log.runs[i];
+      if (a.rows() != b.rows() || !all_same(a.channel_mm, b.channel_mm) ||
+          !all_same(a.temperature_degC, b.temperature_degC) || readings(a).size() < kFewest)
+        continue;
+      return "run '" + b.id + "' has the readings and temperatures of run '" + a.id +
+             "', row by row: one of them is a copy";
+    }
+  return "";
+}
+
 Log join(const Log& a, const Log& b) {
   Log out;
   out.file = a.file;
@@ -279,9 +349,17 @@ Result<Log> load_logs(const std::vector<std::string>& paths, Diagnostics& diagno
     if (!text) return tl::unexpected(text.error());
     auto log = parse_log(*text, path, diagnostics);
     if (!log) return tl::unexpected(log.error());
+    if (joined) {
+      if (const std::string wrong = contradiction_between(*joined, *log); !wrong.empty())
+        return fail(ErrorCode::wrong_input,
+                    wrong + " (" + joined->file + "): two days under one name? Give each run its own run_id",
+                    path);
+    }
     joined = joined ? join(*joined, *log) : std::move(*log);
   }
   if (!joined) return fail(ErrorCode::wrong_use, "no log file given");
+  if (const std::string text = copied_run(*joined); !text.empty())
+    return fail(ErrorCode::wrong_input, text, paths.back());
   return std::move(*joined);
 }
 

@@ -1,7 +1,9 @@
 #include "trunnion/diagnosis/bookkeeping.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "trunnion/base/files.hpp"
 #include "trunnion/diagnosis/evaluate.hpp"
@@ -203,6 +205,24 @@ TEST(Bookkeeping, AnotherUnitOfReadingsAndUncertainties) {
   }
 }
 
+// u_random of one run in mm where the column is um: its readings are as large as those of the others, and who
+// divides them by a thousand spoils the right column.
+TEST(Bookkeeping, UncertaintiesOfOneRunInAnotherUnit) {
+  Files files(7);
+  Convention c = of_kind(ConventionKind::unit);
+  c.quantity = Quantity::displacement;
+  c.run = 0;
+  c.factor = 1e-3;
+  c.only_uncertainty = true;
+  files.spoil(c);
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::unit) << told_by(d);
+  EXPECT_TRUE(d.bookkeeping.front().convention.only_uncertainty) << told_by(d);
+  EXPECT_NEAR(d.bookkeeping.front().convention.factor, 1e3, 1e-9) << told_by(d);
+  EXPECT_NE(d.bookkeeping.front().words.find("`u_random` and `u_common`"), std::string::npos) << told_by(d);
+}
+
 TEST(Bookkeeping, AnotherToolLength) {
   Files files(8);
   Convention c = of_kind(ConventionKind::tool_length);
@@ -313,6 +333,34 @@ TEST(RowProblems, EachIsNamedByItsRow) {
     ASSERT_EQ(d.rows.problems.size(), 1U) << kind.words << told_by(d);
     EXPECT_NE(d.paragraph.find(kind.words), std::string::npos) << told_by(d);
   }
+}
+
+// The sense of motion of one run turned round: its readings look as if they had the wrong sign.
+TEST(RowProblems, SensesAgainstThePositions) {
+  Files files(12);
+  const std::size_t run = [&] {
+    std::map<std::size_t, std::array<int, 2>> senses;
+    for (std::size_t i = 0; i < files.data.track.size(); ++i) {
+      const MachineState s = files.data.track.state(i);
+      if (s.direction[1] != 0) ++senses[s.run][s.direction[1] > 0 ? 1 : 0];
+    }
+    for (const auto& [id, count] : senses)
+      if (std::min(count[0], count[1]) > 5) return id;
+    return kNoRun;
+  }();
+  ASSERT_NE(run, kNoRun);
+  std::vector<MachineState> states;
+  for (std::size_t i = 0; i < files.data.track.size(); ++i) {
+    states.push_back(files.data.track.state(i));
+    if (states.back().run == run)
+      states.back().direction[1] = static_cast<std::int8_t>(-states.back().direction[1]);
+  }
+  Dataset spoilt = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
+  spoilt.files = files.data.files;
+  files.data = std::move(spoilt);
+  const Diagnosis d = files.said();
+  EXPECT_EQ(d.verdict, Verdict::data_problem) << told_by(d);
+  EXPECT_NE(d.paragraph.find("says the other way than the positions go"), std::string::npos) << told_by(d);
 }
 
 TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {

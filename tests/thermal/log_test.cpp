@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/thermal/import_log.hpp"
 
+#include "support/folders.hpp"
 #include "thermal/day_log.hpp"
 #include "thermal/foreign_text.hpp"
 
@@ -26,6 +28,37 @@ TEST(ThermalLog, KeepsRatesApartAndReadsUnits) {
   EXPECT_DOUBLE_EQ(log->runs[0].feed_mm_s[0], 10.0);
   EXPECT_TRUE(std::isnan(log->runs[0].channel_mm[0][0]));
   EXPECT_DOUBLE_EQ(log->runs[0].channel_mm[0][1], 0.0125);
+}
+
+// Days in files of their own: one name for two of them, and one day under two names.
+TEST(ThermalLog, RunsOfSeveralFilesAreHeldAgainstEachOther) {
+  const auto message = [](const std::string& first, const std::string& second) {
+    const std::string folder = test::binary_folder();
+    const std::vector<std::string> paths = {folder + "/log_first.csv", folder + "/log_second.csv"};
+    EXPECT_TRUE(write_file(paths[0], first));
+    EXPECT_TRUE(write_file(paths[1], second));
+    Diagnostics diagnostics;
+    const auto log = load_logs(paths, diagnostics);
+    return log ? std::string("no error") : log.error().text();
+  };
+  const std::string day = "0,20.5,1\n10,20.6,2\n20,20.7,4\n";
+  const std::string head = "time_s,T_front_degC,dx_um\n";
+  const auto of_run = [&](const std::string& id, std::string rows) {
+    for (std::size_t at = 0; at < rows.size(); at = rows.find('\n', at) + 1) rows.insert(at, id + ",");
+    return "run_id," + head + rows;
+  };
+  EXPECT_THAT(message(head + day, head + "5,20.5,1\n10,22.6,2\n"),
+              ::testing::HasSubstr(
+                  "log_second.csv: error: run '1' has two values of sensor front at 10 s, 20.6 and 22.6"));
+  EXPECT_THAT(message(head + day, head + "10,20.6,3\n"), ::testing::HasSubstr("two values of dx at 10 s"));
+  // What one file lacks the other may have.
+  EXPECT_EQ(message(head + day, "time_s,T_rear_degC\n0,20\n10,21\n"), "no error");
+  EXPECT_EQ(message(head + day, head + "10,20.6,2\n30,20.8,5\n"), "no error");
+  EXPECT_THAT(
+      message(of_run("monday", day), of_run("tuesday", day)),
+      ::testing::HasSubstr("run 'tuesday' has the readings and temperatures of run 'monday', row by row"));
+  EXPECT_EQ(message(of_run("monday", day), of_run("tuesday", "0,20.5,1\n10,20.6,2\n20,20.7,5\n")),
+            "no error");
 }
 
 TEST(ThermalLog, SaysWhereALogIsWrong) {

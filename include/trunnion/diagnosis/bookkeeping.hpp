@@ -35,6 +35,7 @@ struct Convention {
   /// positions alone, not the senses and speeds of motion with them.
   bool in_file = false;
   bool with_uncertainty = false;  // unit: of u_random and u_common too
+  bool only_uncertainty = false;  // unit: of these alone
   double factor = 1.0;            // unit: the right value is the given one times this
   Vec3 by_mm = Vec3::Zero();      // what has to be added to the tool vector, or to the part's set-up in P
   bool in_readings = false;       // tool_length: the readings show the offset itself, not its lever alone

@@ -254,11 +254,47 @@ std::vector<std::string> far_off(const Observations& o) {
   return out.all("single readings far off");
 }
 
+// The sense of the last motion that a run states of an axis, and its positions in the order of time: in
+// nearly all rows the other way round, both senses among them. (A place that is approached by overshooting
+// it, always from one side, states one sense.)
+std::string senses_against_positions(const Observations& o) {
+  constexpr std::size_t kFewestOfSense = 3;
+  constexpr std::size_t kOtherThanOne = 10;  // of as many rows one may agree
+  constexpr double kMoves = 1e-6;            // mm, rad
+  for (auto rows : o.runs()) {
+    std::stable_sort(rows.begin(), rows.end(),
+                     [&](Eigen::Index a, Eigen::Index b) { return o.state(a).time_s < o.state(b).time_s; });
+    for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
+      std::size_t agree = 0, up = 0, down = 0;
+      Eigen::Index example = -1;
+      for (std::size_t k = 1; k < rows.size(); ++k) {
+        const MachineState before = o.state(rows[k - 1]), now = o.state(rows[k]);
+        const double by = now.q[axis] - before.q[axis];
+        if (std::abs(by) < kMoves || now.direction[axis] == 0 || !(now.time_s > before.time_s)) continue;
+        if ((by > 0.0) == (now.direction[axis] > 0)) {
+          ++agree;
+        } else {
+          ++(now.direction[axis] > 0 ? up : down);
+          if (example < 0) example = rows[k];
+        }
+      }
+      if (std::min(up, down) < kFewestOfSense || kOtherThanOne * agree > up + down) continue;
+      const std::string& name = o.machine().axes[axis].name;
+      return "dir_" + name + " of run '" + o.data().context.runs[o.state(example).run].id +
+             "' says the other way than the positions go in the order of their times, in " +
+             std::to_string(up + down) + " of " + std::to_string(up + down + agree) + " rows, first in " +
+             place(o, example);
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string contradiction(const Observations& o) {
-  const std::string twice = same_runs(o);
-  return twice.empty() ? same_moment(o) : twice;
+  for (const auto& check : {same_runs, same_moment, senses_against_positions})
+    if (std::string found = check(o); !found.empty()) return found;
+  return "";
 }
 
 std::vector<bool> far_readings(const Observations& o) {

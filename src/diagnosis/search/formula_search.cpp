@@ -3,6 +3,7 @@
 #include <limits>
 #include <numeric>
 #include <oneapi/tbb/parallel_for.h>
+#include <tuple>
 
 #include "trunnion/base/diagnostics.hpp"
 #include "trunnion/base/units.hpp"
@@ -251,13 +252,17 @@ class FormulaSearch {
                                              const MatrixXd& taken, const VectorXd& left) const {
     const std::vector<Candidate> looked = promising(answer, times, left);
     std::vector<FormulaTerm> terms;
+    std::vector<const FormulaTerm*> listed;  // of which the simpler ones stand in front
     for (const Candidate& c : looked) {
       if (c.times == nullptr) {
         terms.push_back(*c.term);
       } else if (auto both = product(*c.times, *c.term)) {
         both->price = c.times->price + c.term->price;  // either was chosen
         terms.push_back(std::move(*both));
+      } else {
+        continue;
       }
+      listed.push_back(c.term);
     }
     MatrixXd columns(o_.size(), static_cast<Eigen::Index>(terms.size()));
     for (std::size_t k = 0; k < terms.size(); ++k)
@@ -274,10 +279,12 @@ class FormulaSearch {
       if (!(sizes[k] > kLeft * before[k])) continue;
       const double drop = moments[k] * moments[k] / sizes[k];
       // Of terms that are the same at these readings (a part in which an axis has one sense, with and without
-      // that sense) the one that is simpler.
+      // that sense; the third and the sixth harmonic at multiples of 40 deg) the one that is simpler.
+      const auto here = static_cast<std::size_t>(k),
+                 there = static_cast<std::size_t>(std::max<Eigen::Index>(best, 0));
       const bool simpler =
           best >= 0 && drop > (1.0 - kSameDrop) * most &&
-          terms[static_cast<std::size_t>(k)].price < terms[static_cast<std::size_t>(best)].price;
+          std::tie(terms[here].price, listed[here]) < std::tie(terms[there].price, listed[there]);
       if (!(drop > most || simpler)) continue;
       most = std::max(most, drop);
       best = k;

@@ -40,7 +40,7 @@ double of_sizes(const FitCore& core) {
 }  // namespace
 
 double of_scale(const Convention& c, const Dataset& data) {
-  if (c.kind != ConventionKind::unit || !c.axes.empty()) return 0.0;
+  if (c.kind != ConventionKind::unit || !c.axes.empty() || c.only_uncertainty) return 0.0;
   double count = 0.0;
   for (const Reading& r : data.readings)
     if ((!c.quantity || r.quantity == *c.quantity) && (!c.run || data.run_of(r) == *c.run)) count += 1.0;

@@ -61,6 +61,10 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
            times + ": they are in another unit than the column says";
   const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   const std::string of = b.run.empty() ? "" : " of run '" + b.run + "'";
+  if (b.convention.only_uncertainty)
+    return "`u_random` and `u_common` of the " + (b.quantity.empty() ? "" : b.quantity + " ") + "readings" +
+           of + " in " + listed_files(data, b.convention.run) + " are " + times +
+           ": the readings are as large as those of the other runs, their uncertainties are in another unit";
   const std::string arcsec = is_factor(f, kUradPerArcsec)         ? " (arcsec where it says urad)"
                              : is_factor(f, 1.0 / kUradPerArcsec) ? " (urad where it says arcsec)"
                                                                   : "";

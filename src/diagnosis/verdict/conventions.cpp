@@ -129,6 +129,12 @@ class Listed {
       }
     }
   }
+  std::vector<double> uncertainties(Quantity q, const std::optional<std::size_t>& run) const {
+    std::vector<double> out;
+    for (const Reading& r : data_.readings)
+      if (r.quantity == q && (!run || data_.run_of(r) == *run)) out.push_back(r.u_random);
+    return out;
+  }
   // Of single runs only where they stand out by as much: there may be hundreds.
   void units_of_runs() {
     constexpr double kStandsOut = 30.0;
@@ -137,6 +143,8 @@ class Listed {
     for (const Quantity q : {Quantity::displacement, Quantity::rotation}) {
       std::vector<std::optional<double>> typical(runs);
       std::vector<double> all;
+      if (!measured(data_, q)) continue;
+      const double usual_u = median(uncertainties(q, {}));
       for (std::size_t run = 0; run < runs; ++run)
         if (auto scatter = scatter_over_uncertainty(data_, q, run); !scatter.empty())
           all.push_back(*(typical[run] = median(std::move(scatter))));
@@ -148,8 +156,12 @@ class Listed {
              {std::pair{*typical[run] > kStandsOut * usual, 1e-3},
               std::pair{kStandsOut * *typical[run] < std::min(usual, 1.0), 1e3}}) {
           if (!out) continue;
-          unit(q, factor, false);
+          // Too large against its uncertainty: which of the two is it that other runs have otherwise?
+          const double u = median(uncertainties(q, run));
+          const bool is_u = factor < 1.0 ? kStandsOut * u < usual_u : u > kStandsOut * usual_u;
+          unit(q, is_u ? 1.0 / factor : factor, false);
           out_.back().run = run;
+          out_.back().only_uncertainty = is_u;
         }
       }
     }

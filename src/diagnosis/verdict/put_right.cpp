@@ -115,8 +115,8 @@ void read_model_again(PutRight& out) {
 void scale_readings(Parts& parts, const Dataset& data, const Convention& c) {
   for (Reading& r : parts.readings) {
     if (!concerns(data, r, c)) continue;
-    r.value *= c.factor;
-    if (!c.with_uncertainty) continue;
+    if (!c.only_uncertainty) r.value *= c.factor;
+    if (!c.with_uncertainty && !c.only_uncertainty) continue;
     r.u_random *= c.factor;
     if (r.u_common) *r.u_common *= c.factor;
   }
