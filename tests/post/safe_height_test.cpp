@@ -438,6 +438,25 @@ TEST(AroundTheCut, IsJudgedInATiltedPlane) {
         << down.control << " " << down.mark;
     EXPECT_THAT(verdict_of(without_last(p.nc, down.off), machine, down.control), Not("")) << down.control;
   }
+  // Above the part, before the length is on: far beyond the travel of X.
+  for (const char* control : {"siemens_840d_sl", "fanuc_30i", "heidenhain_tnc640"}) {
+    PostOptions options;
+    options.tilted_plane = true;
+    const auto p = test::posted(kTwoSides, machine, options, control);
+    const bool is_siemens = std::string_view(control) == "siemens_840d_sl";
+    auto at = p.nc.find(is_siemens                                 ? "CYCLE800(0"
+                        : std::string_view(control) == "fanuc_30i" ? "G53.1"
+                                                                   : "PLANE SPATIAL");
+    at = p.nc.find('X', p.nc.find('\n', at));
+    ASSERT_NE(at, std::string::npos);
+    const std::size_t behind = p.nc.find_first_of(" \n", at);
+    EXPECT_THAT(verdict_of(p.nc.substr(0, at) +
+                               (std::string_view(control) == "heidenhain_tnc640" ? "X+2400" : "X2400.") +
+                               p.nc.substr(behind),
+                           machine, control),
+                HasSubstr("axis X would stand beyond its travel"))
+        << control;
+  }
   // Down, and sideways only there.
   PostOptions options;
   options.tilted_plane = true;

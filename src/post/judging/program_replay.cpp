@@ -213,6 +213,14 @@ void ProgramReplay::take_partly(const nc::Motion& motion) {
     known[*z] = true;
   }
   walk_.partly(q, known, in_force_.tcp, motion.source.line);
+  const std::uint16_t xy = nc::AxisWords::bit(nc::AxisLetter::X) | nc::AxisWords::bit(nc::AxisLetter::Y);
+  if (in_force_.plane && !in_force_.leaves_plane(motion.words) && (motion.words.mask & xy) == xy) {
+    // So do X and Y of its words say where those of the machine stand, whatever Z is.
+    SafeWalk::Known across{};
+    for (const char* name : {"X", "Y"})
+      if (const auto axis = machine_.axis(name)) across[*axis] = true;
+    walk_.check_travel(in_force_.end_at(words).q, across, motion.source.line);
+  }
 }
 
 bool ProgramReplay::words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out) {

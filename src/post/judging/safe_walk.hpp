@@ -32,6 +32,8 @@ class SafeWalk {
   /// X and Y move by words of the part from which no more is known: in a tilted plane at one height of
   /// machine Z, under tool-centre-point control at any.
   void sideways(bool tcp, std::uint32_t nc_line);
+  /// Axes at these positions, as far as they are `known`, stand within their travel.
+  void check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line);
   /// Z moves to where the words alone do not say.
   void loses_height() {
     if (z_) known_[*z_] = false;
@@ -57,7 +59,6 @@ class SafeWalk {
   /// The sign of Z that leads away from the part.
   double away() const { return machine_.safe.away < 0 ? -1.0 : 1.0; }
   std::string height_text() const;
-  void check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line);
   void check_turn(const JointVector& q, const Known& known, std::uint32_t nc_line);
   void check_table(const JointVector& q, bool tcp, const TableKinematics& kinematics, std::uint32_t nc_line);
 
