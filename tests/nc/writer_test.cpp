@@ -115,6 +115,33 @@ TEST(FeedFormat, ConvertsSecondsToMinutesAndNeverToZero) {
   EXPECT_EQ(format.rotary_quanta(Angle::degrees(6.0).rad()), 360000);
 }
 
+// Its own shift stands behind the offset that is said again behind a tool change; where an offset takes back
+// all shifts neither is said.
+TEST(Writer, AShiftStaysInForceBehindAToolChange) {
+  for (const auto& [control, behind] :
+       {std::pair{"linuxcnc", "T2 M6\nG17 G21 G40 G80 G90 G94\nG61\nG54\nG52 X0.0100 Y0.0000 Z-0.0200\n"},
+        {"siemens_840d_sl", "G54\nN130 TRANS X0.01 Y0 Z-0.02\n"},
+        {"heidenhain_tnc640", "TOOL CALL 2 Z\n7 M126\n8 M30\n"}}) {
+    const nc::Controller c = test::shipped_controller(control);
+    nc::OffsetShift shift;
+    shift.kind = nc::OffsetShift::Kind::add;
+    shift.offset = {100, 0, -200};
+    nc::Motion motion;
+    motion.kind = nc::MotionKind::rapid;
+    motion.words.set(nc::AxisLetter::X, 10000);
+    const std::vector<nc::Block> blocks = {
+        nc::ProgramStart{}, nc::WorkOffset{1}, nc::ToolCall{1, 1}, shift, motion,
+        nc::ToolCall{2, 2}, nc::ProgramEnd{}};
+    const std::string text = test::nc_text(c, blocks);
+    EXPECT_THAT(text, ::testing::HasSubstr(behind)) << control;
+    const auto back = test::nc_blocks(c, text);
+    EXPECT_EQ(std::count_if(back.begin(), back.end(),
+                            [](const nc::Block& b) { return std::holds_alternative<nc::OffsetShift>(b); }),
+              1)
+        << text;
+  }
+}
+
 TEST(Writer, WritesWordsOnlyWhenTheyChange) {
   const auto text =
       text_of("linuxcnc", {move(MotionKind::rapid, {{AxisLetter::X, 10000}, {AxisLetter::Y, 0}}),

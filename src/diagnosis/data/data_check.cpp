@@ -254,36 +254,58 @@ std::vector<std::string> far_off(const Observations& o) {
   return out.all("single readings far off");
 }
 
-// The sense of the last motion that a run states of an axis, and its positions in the order of time: in
-// nearly all rows the other way round, both senses among them. (A place that is approached by overshooting
-// it, always from one side, states one sense.)
+// How often the senses of an axis, in the order of time, are those of steps of its own positions, or of
+// another axis'.
+struct SensesOfSteps {
+  std::size_t agree = 0, up = 0, down = 0;  // up, down: the other way, of either stated sense
+  Eigen::Index example = -1;
+  // Nearly all rows, both senses among them. (A place that is approached by overshooting it, always from one
+  // side, states one.)
+  bool contradict() const {
+    constexpr std::size_t kFewest = 3, kOtherThanOne = 10;  // of as many rows one may agree
+    return std::min(up, down) >= kFewest && kOtherThanOne * agree <= up + down;
+  }
+  bool follow() const { return agree > 10 * (up + down); }
+};
+
+SensesOfSteps senses_of_steps(const Observations& o, const std::vector<Eigen::Index>& rows, AxisId of,
+                              AxisId at) {
+  constexpr double kMoves = 1e-6;  // mm, rad
+  SensesOfSteps out;
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    const MachineState before = o.state(rows[k - 1]), now = o.state(rows[k]);
+    const double by = now.q[at] - before.q[at];
+    if (std::abs(by) < kMoves || now.direction[of] == 0 || !(now.time_s > before.time_s)) continue;
+    if ((by > 0.0) == (now.direction[of] > 0)) {
+      ++out.agree;
+    } else {
+      ++(now.direction[of] > 0 ? out.up : out.down);
+      if (out.example < 0) out.example = rows[k];
+    }
+  }
+  return out;
+}
+
+// The sense of the last motion that a run states of an axis, against its positions. Where it is that of
+// another axis' positions their columns are exchanged, which is for the conventions to say.
 std::string senses_against_positions(const Observations& o) {
-  constexpr std::size_t kFewestOfSense = 3;
-  constexpr std::size_t kOtherThanOne = 10;  // of as many rows one may agree
-  constexpr double kMoves = 1e-6;            // mm, rad
+  const auto& axes = o.machine().axes;
   for (auto rows : o.runs()) {
     std::stable_sort(rows.begin(), rows.end(),
                      [&](Eigen::Index a, Eigen::Index b) { return o.state(a).time_s < o.state(b).time_s; });
-    for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
-      std::size_t agree = 0, up = 0, down = 0;
-      Eigen::Index example = -1;
-      for (std::size_t k = 1; k < rows.size(); ++k) {
-        const MachineState before = o.state(rows[k - 1]), now = o.state(rows[k]);
-        const double by = now.q[axis] - before.q[axis];
-        if (std::abs(by) < kMoves || now.direction[axis] == 0 || !(now.time_s > before.time_s)) continue;
-        if ((by > 0.0) == (now.direction[axis] > 0)) {
-          ++agree;
-        } else {
-          ++(now.direction[axis] > 0 ? up : down);
-          if (example < 0) example = rows[k];
-        }
-      }
-      if (std::min(up, down) < kFewestOfSense || kOtherThanOne * agree > up + down) continue;
-      const std::string& name = o.machine().axes[axis].name;
-      return "dir_" + name + " of run '" + o.data().context.runs[o.state(example).run].id +
+    for (AxisId axis = 0; axis < axes.size(); ++axis) {
+      const SensesOfSteps own = senses_of_steps(o, rows, axis, axis);
+      if (!own.contradict()) continue;
+      bool exchanged = false;
+      for (AxisId other = 0; other < axes.size(); ++other)
+        exchanged = exchanged || (other != axis && axes[other].kind == axes[axis].kind &&
+                                  senses_of_steps(o, rows, axis, other).follow());
+      if (exchanged) continue;
+      const std::size_t against = own.up + own.down;
+      return "dir_" + axes[axis].name + " of run '" + o.data().context.runs[o.state(own.example).run].id +
              "' says the other way than the positions go in the order of their times, in " +
-             std::to_string(up + down) + " of " + std::to_string(up + down + agree) + " rows, first in " +
-             place(o, example);
+             std::to_string(against) + " of " + std::to_string(against + own.agree) + " rows, first in " +
+             place(o, own.example);
     }
   }
   return "";

@@ -242,9 +242,12 @@ void EventReader::run_offset_shift(const FoundEvent& found) {
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = s_.scaled(found, kOrigin[i], s_.language.format.decimals(AxisLetter::X));
   if (s_.language.others) s_.language.others->forget_pole();
-  if (now.kind == OffsetShift::Kind::add)
-    s_.program.shift_added = now.offset != std::array<std::int64_t, 3>{};
   s_.modal.position.forget(kLinearAxes);
+  if (now.kind == OffsetShift::Kind::add) {
+    s_.program.shift_added = now.offset != std::array<std::int64_t, 3>{};
+    // Said again behind a tool change.
+    if (!s_.language.others && std::exchange(shift_, now.offset) == now.offset) return;
+  }
   s_.emit(now);
 }
 

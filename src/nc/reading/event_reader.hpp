@@ -37,7 +37,8 @@ class EventReader {
 
   ReadState& s_;
   ShapeReader& shapes_;
-  bool latched_ = false;  // values at run time have been
+  bool latched_ = false;                              // values at run time have been
+  std::optional<std::array<std::int64_t, 3>> shift_;  // beside the work offset
 };
 
 }  // namespace trunnion::nc

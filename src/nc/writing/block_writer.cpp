@@ -182,8 +182,14 @@ Result<void> BlockWriter::restate_modes() {
   if (const auto mode = std::exchange(s_.modal.path_mode, {})) {
     if (auto done = write(*mode); !done) return done;
   }
-  const std::int64_t offset = std::exchange(s_.modal.work_offset, 0);
-  return offset > 0 ? write(WorkOffset{offset}) : Result<void>{};
+  // A preset takes back all shifts, on controls that have cycles for both, and outlasts a reset.
+  const bool ends_shift = !s_.c.input.places.datum_shift.empty();
+  if (shift_ && ends_shift) return {};
+  if (s_.modal.work_offset > 0) {
+    const std::int64_t offset = std::exchange(s_.modal.work_offset, 0);
+    if (auto done = write(WorkOffset{offset}); !done) return done;
+  }
+  return shift_ ? write(OffsetShift(*shift_)) : Result<void>{};
 }
 
 Result<void> BlockWriter::write(const LengthCompensation& b) {
@@ -250,6 +256,8 @@ Result<void> BlockWriter::write(const WorkOffset& b) {
 Result<void> BlockWriter::write(const OffsetShift& b) {
   if (auto done = suspend_tcp(s_.c.offset_shift.not_under_tcp); !done) return done;
   s_.modal.position.forget(kLinearAxes);
+  if (b.kind == OffsetShift::Kind::add)
+    shift_ = b.offset != std::array<std::int64_t, 3>{} ? std::optional(b) : std::nullopt;
   Values values;
   values.set(Placeholder::index, std::to_string(b.index));
   static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};

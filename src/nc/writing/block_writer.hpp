@@ -64,7 +64,8 @@ class BlockWriter {
   ShapeWriter& shapes_;
   std::string program_name_;
   std::int64_t program_number_ = 0;
-  std::uint16_t freed_ = 0;  // rotary axes of which it is known, bits of AxisWords
+  std::uint16_t freed_ = 0;           // rotary axes of which it is known, bits of AxisWords
+  std::optional<OffsetShift> shift_;  // beside the work offset, not zero
 };
 
 }  // namespace trunnion::nc
