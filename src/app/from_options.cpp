@@ -17,7 +17,8 @@ void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
                "what lies between the ends of its blocks: what a CL file has there, so that the way of its "
                "machine from point to point, with its nonlinear error, does not count (points); or that way "
                "itself, by points on it (motion). Without this option it is points, and a block that "
-               "turns the part further than that is refused. Rapids go as that machine takes them")
+               "turns the part further than that is refused. Rapids that leave the straight line by more "
+               "than 2 mm go as that machine takes them")
       ->check(CLI::IsMember({"points", "motion"}));
   c.add_option(
        "--from-words", words,

@@ -359,7 +359,7 @@ Result<Log> load_logs(const std::vector<std::string>& paths, Diagnostics& diagno
   }
   if (!joined) return fail(ErrorCode::wrong_use, "no log file given");
   if (const std::string text = copied_run(*joined); !text.empty())
-    return fail(ErrorCode::wrong_input, text, paths.back());
+    return fail(ErrorCode::wrong_input, text, paths.size() == 1 ? paths.front() : std::string());
   return std::move(*joined);
 }
 

@@ -335,6 +335,19 @@ TEST(RowProblems, EachIsNamedByItsRow) {
   }
 }
 
+std::vector<MachineState> states_of(const Files& files) {
+  std::vector<MachineState> out;
+  for (std::size_t i = 0; i < files.data.track.size(); ++i) out.push_back(files.data.track.state(i));
+  return out;
+}
+
+// Its rows went through these.
+void put_states(Files& files, const std::vector<MachineState>& states) {
+  Dataset spoilt = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
+  spoilt.files = files.data.files;
+  files.data = std::move(spoilt);
+}
+
 // The sense of motion of one run turned round: its readings look as if they had the wrong sign.
 TEST(RowProblems, SensesAgainstThePositions) {
   Files files(12);
@@ -349,15 +362,10 @@ TEST(RowProblems, SensesAgainstThePositions) {
     return kNoRun;
   }();
   ASSERT_NE(run, kNoRun);
-  std::vector<MachineState> states;
-  for (std::size_t i = 0; i < files.data.track.size(); ++i) {
-    states.push_back(files.data.track.state(i));
-    if (states.back().run == run)
-      states.back().direction[1] = static_cast<std::int8_t>(-states.back().direction[1]);
-  }
-  Dataset spoilt = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
-  spoilt.files = files.data.files;
-  files.data = std::move(spoilt);
+  std::vector<MachineState> states = states_of(files);
+  for (MachineState& state : states)
+    if (state.run == run) state.direction[1] = static_cast<std::int8_t>(-state.direction[1]);
+  put_states(files, states);
   const Diagnosis d = files.said();
   EXPECT_EQ(d.verdict, Verdict::data_problem) << told_by(d);
   EXPECT_NE(d.paragraph.find("says the other way than the positions go"), std::string::npos) << told_by(d);
@@ -365,15 +373,12 @@ TEST(RowProblems, SensesAgainstThePositions) {
 
 TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
   Files files(12);
-  std::vector<MachineState> states;
-  for (std::size_t i = 0; i < files.data.track.size(); ++i) states.push_back(files.data.track.state(i));
+  std::vector<MachineState> states = states_of(files);
   const std::size_t row = files.data.readings[30].row;
   states[row].q[0] += 800.0;
   for (std::size_t i = row + 40; i < states.size() && states[i].run == states[row + 40].run; ++i)
     states[i].time_s -= 3600.0;
-  Dataset spoilt = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
-  spoilt.files = files.data.files;
-  files.data = std::move(spoilt);
+  put_states(files, states);
   const Diagnosis d = files.said();
   EXPECT_EQ(d.verdict, Verdict::data_problem) << told_by(d);
   EXPECT_NE(d.paragraph.find("outside its travel"), std::string::npos) << told_by(d);

@@ -6,8 +6,8 @@
 
 namespace trunnion::post {
 
-/// What lies between the ends of two blocks that cut, of an NC program that is read as a path. Rapids go as
-/// the axes of the machine take them.
+/// What lies between the ends of two blocks that cut, of an NC program that is read as a path. Rapids that
+/// leave the straight line by more than 2 mm go as the axes of the machine take them.
 enum class FromPath : std::uint8_t {
   /// As `points`, but a block whose way leaves that of a CL file by more than 0.5 mm, or whose tool axis by
   /// more than 5 deg, is rejected: a rotary axis turns the part under the tool there, and the program means

@@ -512,7 +512,7 @@ class Engine {
     d.sets.clear();
   }
 
-  // One function of the state that does what two or three effects are needed for: they imitate it, or it
+  // One function of the state that does what two effects or more are needed for: they imitate it, or it
   // imitates them.
   enum class OneFunction { worse, as_good, better };
   OneFunction one_function(const Outcome& x, const Atoms& atoms) const {

@@ -214,11 +214,11 @@ void LineReader::take_modes(LineMotion& m) {
     return;
   }
   if (!to_rounded_quanta(m.feed, s_.c.numbers.feed.decimals(s_.modal.feed_mode), s_.feed)) s_.feed = 0;
-  s_.check_size_of_feed(s_.feed, std::max(m.column, 1U));
   // Degrees a minute are no length.
   const bool turns_only = m.words.mask != 0 && (m.words.mask & kLinearAxes) == 0;
   if (s_.language.others && s_.modal.feed_mode == FeedMode::per_minute && !turns_only)
     s_.feed = s_.language.others->length(s_.feed);
+  s_.check_size_of_feed(s_.feed, std::max(m.column, 1U));
 }
 
 // Where the word of an axis leads that counts modulo one turn.
