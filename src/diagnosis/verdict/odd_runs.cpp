@@ -8,25 +8,31 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kTried = 3;       // the runs that misfit most
+constexpr std::size_t kTried = 3;       // the runs that misfit most, in each of two ways
 constexpr double kMisfits = 1.25;       // chi-square per reading of a run that does
 constexpr double kOfOddRun = 0.9;       // confidence in what the others show
 constexpr double kMostReadings = 5000;  // beyond, runs are many and one says little
 
-// The runs that the model and what was found beside it explain worst.
+// The runs that the model and what was found beside it explain worst, each as a whole and a reading: effects
+// that follow a wrong run leave less of it in its few readings than they do wrong in many of others.
 std::vector<std::size_t> worst_runs(const Observations& o, const Model& model) {
   const FitCore core = fit_core(o, model, {.robust = false});
-  std::vector<std::pair<double, std::size_t>> order;
+  std::vector<std::pair<double, std::size_t>> whole, a_reading;
   for (std::size_t run = 0; run < o.runs().size(); ++run) {
     double chi2 = 0.0;
     for (const Eigen::Index i : o.runs()[run]) chi2 += std::pow(core.white[i], 2);
     const auto count = static_cast<double>(o.runs()[run].size());
-    if (chi2 > kMisfits * count) order.emplace_back(count - chi2, run);
+    if (!(chi2 > kMisfits * count)) continue;
+    whole.emplace_back(count - chi2, run);
+    a_reading.emplace_back(-chi2 / count, run);
   }
-  std::sort(order.begin(), order.end());
   std::vector<std::size_t> out;
-  for (const auto& [excess, run] : order)
-    if (out.size() < kTried) out.push_back(run);
+  for (auto* order : {&whole, &a_reading}) {
+    std::sort(order->begin(), order->end());
+    for (std::size_t k = 0; k < std::min(order->size(), kTried); ++k)
+      if (std::find(out.begin(), out.end(), (*order)[k].second) == out.end())
+        out.push_back((*order)[k].second);
+  }
   return out;
 }
 
