@@ -37,6 +37,7 @@ constexpr FeedUnit kFeedUnits[] = {
     {"FPR", FeedMode::per_revolution, kMmPerFoot},
     {"PERREV", FeedMode::per_revolution, 0.0},
     {"INVERS", FeedMode::inverse, 1.0 / kSecondsPerMinute},
+    {"INVERSE", FeedMode::inverse, 1.0 / kSecondsPerMinute},
 };
 
 }  // namespace

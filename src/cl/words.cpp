@@ -30,8 +30,8 @@ constexpr std::string_view kSilent[] = {
     "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL", "END"};
 
 // Between the center of an arc and its end they would change what one of the two means.
-constexpr std::string_view kBreakArcs[] = {"MCS",  "MSYS",   "TLAXIS", "MULTAX", "UNITS", "UNIT",
-                                           "FROM", "LOADTL", "LOAD",   "CYCLE",  "RETRCT"};
+constexpr std::string_view kBreakArcs[] = {"MCS",  "MSYS",   "TLAXIS", "MULTAX", "UNITS",  "UNIT",
+                                           "FROM", "LOADTL", "LOAD",   "CYCLE",  "RETRCT", "RAPID"};
 
 using ReadingTable = std::unordered_map<std::string_view, Reading>;
 

@@ -166,6 +166,14 @@ TEST(Cycle, WhatAControlAloneCanDoIsRefused) {
             "2:1: warning: CYCLE: no step is given: each hole is drilled in one go\n");
 }
 
+TEST(Cycle, OfOneToolIsNotThatOfTheNext) {
+  const std::string holes = "LOADTL/4\nGOTO/0,0,50\nCYCLE/DRILL,DEPTH,10,CLEAR,2,MMPM,100\nGOTO/10,0,0\n";
+  const std::string next = "LOADTL/5\nRAPID\nGOTO/0,0,30\nGOTO/0,0,-1\n";
+  EXPECT_EQ(joined(read(holes + next).findings),
+            "5:1: error: a tool is loaded while CYCLE is in force: CYCLE/OFF is missing before it\n");
+  EXPECT_EQ(joined(read(holes + "CYCLE/OFF\n" + next).findings), "");
+}
+
 TEST(Cycle, StepsArePecksUnderDrill) {
   const auto reading = read("GOTO/0,0,50,0,0,1\nCYCLE/DRILL,DEPTH,10,CLEAR,3,STEP,5,MMPM,100\nGOTO/5,0,0\n");
   EXPECT_EQ(steps(reading, 1),

@@ -16,6 +16,14 @@ Vec3 nth_axis(const test::Reading& reading, std::size_t i) {
   return reading.motions().at(i).axis_P;
 }
 
+TEST(Words, FromBehindMotionsMovesNothing) {
+  const std::string cl = "FROM/0,0,80\nGOTO/0,0,-20\n";
+  EXPECT_EQ(joined(read(cl + "FROM/0,0,-20\nGOTO/0,30,-20\n").findings), "");
+  EXPECT_EQ(joined(read(cl + "FROM/0,0,80\nGOTO/0,30,-20\n").findings),
+            "3:1: warning: FROM names another place than the tool has come to: it moves nothing, the next "
+            "motion begins where the tool is\n");
+}
+
 TEST(Words, RapidOffMakesNoRapid) {
   const auto rapids = [](const std::string& text) {
     std::string out;
