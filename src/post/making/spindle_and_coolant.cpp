@@ -31,7 +31,13 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
     is_said_ = false;
     return spindle_;
   }
-  if (s.state == cl::Spindle::State::orient) return leave_out("orient", "SPINDL/ORIENT is not acted on");
+  if (s.state == cl::Spindle::State::orient) {
+    posting_.diagnostics.warning_once("orient", posting_.job.cl_file, where,
+                                      "SPINDL/ORIENT: the spindle is stopped, and not turned to an angle");
+    spindle_ = {};
+    is_said_ = false;
+    return spindle_;
+  }
   if (s.speed_rpm) {
     rpm_ = *s.speed_rpm;
     speed_has_diameter_ = false;
