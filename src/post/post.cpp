@@ -62,7 +62,7 @@ std::string tools_text(const std::vector<LoadedTool>& tools) {
     const LoadedTool& tool = tools[i];
     std::string text = i == 0 ? " " : ", ";
     text += tool.number ? "T" + std::to_string(*tool.number) + " " : "";
-    text += shortest_text(tool.length_mm);
+    text += gauge_text(tool.length_mm);
     if (tool.number && tool.length_register != *tool.number)
       text += " REGISTER " + std::to_string(tool.length_register);
     if (!tool.number) text += ", NO TOOL IS LOADED";

@@ -32,6 +32,9 @@ using ToolTable = std::map<std::uint32_t, Tool>;  // by tool number
 Result<ToolTable> parse_tools(std::string_view text, const std::string& file, Diagnostics& diagnostics);
 Result<ToolTable> load_tools(const std::string& path, Diagnostics& diagnostics);
 
+/// A gauge length as the operator reads it, mm: to the fourth digit, since a file of inches has any number.
+std::string gauge_text(double mm);
+
 /// What is known of the tools of a program beside its CL file.
 struct ToolOptions {
   const ToolTable* table = nullptr;  // must outlive its use; nothing: no tool file

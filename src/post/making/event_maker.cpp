@@ -124,7 +124,7 @@ Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef whe
   call.length_offset = *t.length_register;
   work_.tool.length_register = call.length_offset;
   const std::string text = "tool " + std::to_string(t.number) + ", gauge length " +
-                           shortest_text(*t.gauge_length_mm) + " mm, length register " +
+                           gauge_text(*t.gauge_length_mm) + " mm, length register " +
                            std::to_string(work_.tool.length_register);
   if (auto r = work_.posting.write(nc::Comment{text}); !r) return r;
   if (auto r = work_.posting.write(call); !r) return r;

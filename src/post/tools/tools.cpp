@@ -6,6 +6,17 @@
 #include "trunnion/base/number_text.hpp"
 
 namespace trunnion::post {
+namespace {
+
+// One length in a file of inches, written with six and with eight digits.
+constexpr double kSameLength_mm = 0.001;
+
+}  // namespace
+
+std::string gauge_text(double mm) {
+  constexpr double kDigits_per_mm = 1e4;
+  return shortest_text(std::round(mm * kDigits_per_mm) / kDigits_per_mm);
+}
 
 double FluteLength::found_mm() const {
   if (options_.flute_mm) return *options_.flute_mm;
@@ -62,7 +73,9 @@ Result<cl::ToolChange> ProgramTools::load(const cl::ToolChange& word, const std:
     // A tool that is loaded again keeps the length that its first word gave.
     if (!word.gauge_length_mm && before->source == LengthSource::cl_file) {
       tool.length_mm = before->length_mm;
-    } else if (before->length_mm != tool.length_mm) {
+    } else if (std::abs(before->length_mm - tool.length_mm) <= kSameLength_mm) {
+      tool.length_mm = before->length_mm;
+    } else {
       return fail(ErrorCode::wrong_input,
                   "tool " + std::to_string(word.number) + " has a gauge length of " +
                       shortest_text(tool.length_mm) + " mm here and was loaded with " +
