@@ -46,19 +46,20 @@ std::array<double, 3> plane_angles(nc::PlaneAngles convention, const Mat3& R) {
   return {std::atan2(R(2, 1), R(2, 2)), b, std::atan2(R(1, 0), R(0, 0))};
 }
 
-PlaneFrame PlaneFrame::of(const nc::Controller& controller, const Mat3& axes_P, const Vec3& origin_P,
+PlaneFrame PlaneFrame::of(const nc::Controller& controller, const Pose& X_PF, const Vec3& zero,
                           nc::TiltedPlane& block) {
   const nc::AxisFormat& format = controller.numbers.axes;
-  const auto angles = plane_angles(controller.tilted_plane.angles, axes_P);
+  const auto angles = plane_angles(controller.tilted_plane.angles, X_PF.R);
+  const Vec3 origin = X_PF.p + zero;
   block.on = true;
   for (std::size_t i = 0; i < 3; ++i) {
-    block.origin[i] = format.quanta(nc::AxisLetter::X, origin_P[static_cast<Eigen::Index>(i)]);
+    block.origin[i] = format.quanta(nc::AxisLetter::X, origin[static_cast<Eigen::Index>(i)]);
     block.angles[i] = format.quanta(nc::AxisLetter::A, angles[i]);
   }
-  return of(controller, block);
+  return of(controller, block, zero);
 }
 
-PlaneFrame PlaneFrame::of(const nc::Controller& controller, const nc::TiltedPlane& block) {
+PlaneFrame PlaneFrame::of(const nc::Controller& controller, const nc::TiltedPlane& block, const Vec3& zero) {
   const nc::AxisFormat& format = controller.numbers.axes;
   std::array<double, 3> angles{};
   PlaneFrame out;
@@ -66,6 +67,7 @@ PlaneFrame PlaneFrame::of(const nc::Controller& controller, const nc::TiltedPlan
     angles[i] = format.internal(nc::AxisLetter::A, block.angles[i]);
     out.X_PF.p[static_cast<Eigen::Index>(i)] = format.internal(nc::AxisLetter::X, block.origin[i]);
   }
+  out.X_PF.p -= zero;
   out.X_PF.R = plane_axes(controller.tilted_plane.angles, angles);
   return out;
 }

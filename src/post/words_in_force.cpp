@@ -57,7 +57,7 @@ bool WordsInForce::enter(const nc::TiltedPlane& block) {
   plane.reset();
   follows_part = block.on && block.follows_part;
   if (!block.on || follows_part) return false;
-  plane = PlaneFrame::of(controller_, block);
+  plane = PlaneFrame::of(controller_, block, part_zero_in_words(machine_));
   const auto found = inverse(machine_, {plane->X_PF.p, plane->X_PF.R.col(2)}, rotary);
   plane_q = found.empty() ? rotary : found[0].q;
   return true;

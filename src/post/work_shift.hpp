@@ -14,6 +14,12 @@ using ShiftWords = Vec3;
 /// tool-centre-point control (`tcp`) the program zero in M, as long as M is the control's machine system.
 ShiftWords work_offset_words(const Machine& machine, bool tcp);
 
+/// The zero of P as words without tool-centre-point control count it, the rotary axes at 0: from the work
+/// offset.
+inline ShiftWords part_zero_in_words(const Machine& machine) {
+  return work_offset_words(machine, true) - work_offset_words(machine, false);
+}
+
 /// Shifts of the work offset as a control understands them, for one program: made from deviations when it is
 /// written, followed when it is read.
 ///

@@ -102,6 +102,44 @@ TEST(TiltedPlane, ConstantToolAxesAreWrittenInThePlaneAndReadBack) {
   }
 }
 
+// A control counts the origin of a plane from its work offset, as it does X Y Z before the plane; inside of
+// it the words are the same wherever the offset is.
+TEST(TiltedPlane, OriginCountsFromTheWorkOffset) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.part_zero_mm = Vec3(10, 20, -30);
+  PostOptions options;
+  options.tilted_plane = true;
+  const std::string cl = pockets({{35, 110}, {20, -70}});
+  const std::array<std::array<const char*, 3>, 3> controls = {
+      {{"fanuc_30i", "G68.2 X0. Y0. Z0. I", "G68.2 X11. Y22. Z-27. I"},
+       {"siemens_840d_sl", ",57,0,0,0,", ",57,11,22,-27,"},
+       {"heidenhain_tnc640", "CYCL DEF 7.3 Z+0\n", "CYCL DEF 7.3 Z-27\n"}}};
+  for (const auto& [control, at_part, beside] : controls) {
+    std::vector<std::string> in_plane;
+    for (const Vec3& offset : {machine.part_zero_mm, Vec3(-1, -2, -3)}) {
+      machine.work_offset_mm = offset;
+      const auto p = posted(cl, machine, options, control);
+      ASSERT_TRUE(p.report) << control << p.report.error().text();
+      EXPECT_TRUE(p.report->verification->passed()) << control;
+      const bool is_at_part = offset == machine.part_zero_mm;
+      const auto begins = p.nc.find(is_at_part ? at_part : beside);
+      ASSERT_NE(begins, std::string::npos) << control << p.nc;
+      const auto feed = p.nc.find("F700", begins);
+      // Behind the block number.
+      const auto words = p.nc.find(' ', p.nc.rfind('\n', feed));
+      in_plane.push_back(p.nc.substr(words, feed - words));
+      // Another origin is another place.
+      std::string moved = p.nc;
+      if (!is_at_part) {
+        moved.replace(begins, std::string(beside).size(), at_part);
+        const auto v = test::verified(moved, cl, machine, options.tolerance_mm, control);
+        EXPECT_FALSE(v && v->passed()) << control;
+      }
+    }
+    EXPECT_EQ(in_plane[0], in_plane[1]) << control;
+  }
+}
+
 // A line of a template whose others do not come is found, though a whole template follows: X of a datum shift
 // that the control has not been told of.
 TEST(TiltedPlane, ALoneLineOfATemplateIsFound) {

@@ -23,11 +23,12 @@ struct PlaneFrame {
   Pose X_PF;  // its frame in P, from the rounded words
 
   /// The block that switches it on, with origin and angles rounded to the control's words; `X_PF` is what the
-  /// rounded words mean.
-  static PlaneFrame of(const nc::Controller& controller, const Mat3& axes_P, const Vec3& origin_P,
+  /// rounded words mean. The control counts the origin from the active work offset: `zero` is the zero of P
+  /// there, the rotary axes at 0, mm.
+  static PlaneFrame of(const nc::Controller& controller, const Pose& X_PF, const Vec3& zero,
                        nc::TiltedPlane& block);
   /// What the words of a block mean.
-  static PlaneFrame of(const nc::Controller& controller, const nc::TiltedPlane& block);
+  static PlaneFrame of(const nc::Controller& controller, const nc::TiltedPlane& block, const Vec3& zero);
 };
 
 }  // namespace trunnion::post

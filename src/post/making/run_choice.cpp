@@ -6,6 +6,8 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/work_shift.hpp"
+
 namespace trunnion::post {
 namespace {
 
@@ -75,7 +77,8 @@ void choose_plane(ProgramInWork& work) {
   // Where the part is not turned there is nothing to tilt.
   wanted = wanted && (axes_P - Mat3::Identity()).norm() > kSameAxis;
   nc::TiltedPlane block;
-  const PlaneFrame frame = PlaneFrame::of(work.posting.controller, axes_P, Vec3::Zero(), block);
+  const PlaneFrame frame = PlaneFrame::of(work.posting.controller, {axes_P, Vec3::Zero()},
+                                          part_zero_in_words(work.posting.machine), block);
   if (wanted && q[work.posting.machine.rotary_axes().front()] < 0.0) block.direction = -1;
   const bool same = work.planes.in_force() && wanted && work.planes.has_words_of(block);
   if (same && !work.at.approaches) return;
