@@ -73,15 +73,16 @@ TEST(Fanuc30i, TiltsThePlaneWithEulerAnglesAndThenTurnsTheTable) {
 
 TEST(Siemens840D, UsesItsOwnWords) {
   const auto text = program("siemens_840d_sl");
-  EXPECT_THAT(text, HasSubstr("; made by [us]\nN10 G17 G40 G710 G90 G94\nN20 RTLION\nN30 G54\nN40 T4\nN50 "
-                              "M6\nN60 S12000 M3\nN70 D1\n"));
+  EXPECT_THAT(text, HasSubstr("; made by [us]\nN10 G17 G40 G710 G90 G94\nN20 RTLION\nN30 TRAFOOF\nN40 "
+                              "CYCLE800()\nN50 G54\nN60 T4\nN70 M6\nN80 S12000 M3\nN90 D1\n"));
   // Modulo axes: the shorter way to an absolute place.
-  EXPECT_THAT(text, HasSubstr(" X1 Y2 Z100 A=DC(330) C=DC(200)\nN90 TRAORI\nN100 ORIMKS\nN110 ORIAXES\n"));
-  EXPECT_THAT(text, HasSubstr(" G93 G1 X1 Y2 Z50 C=DC(350) F5\nN130 Y3 C=DC(10) F5\n"));
-  EXPECT_THAT(text, HasSubstr(" G4 F1.5\nN150 TRAFOOF\nN160 SUPA G0 Z610 D0\nN170 D1\nN180 TRAORI\n"));
+  EXPECT_THAT(text, HasSubstr(" X1 Y2 Z100 A=DC(330) C=DC(200)\nN110 TRAORI\nN120 ORIMKS\nN130 ORIAXES\n"));
+  EXPECT_THAT(text, HasSubstr(" G93 G1 X1 Y2 Z50 C=DC(350) F5\nN150 Y3 C=DC(10) F5\n"));
+  EXPECT_THAT(text, HasSubstr(" G4 F1.5\nN170 TRAFOOF\nN180 SUPA G0 Z610 D0\nN190 D1\nN200 TRAORI\n"));
   EXPECT_THAT(
       text,
-      HasSubstr(" TRAFOOF\nN230 T5\nN240 M6\nN250 G17 G40 G710 G90 G94\nN260 RTLION\nN270 G54\nN280 M30\n"));
+      HasSubstr(" TRAFOOF\nN250 T5\nN260 M6\nN270 G17 G40 G710 G90 G94\nN280 RTLION\nN290 TRAFOOF\nN300 "
+                "CYCLE800()\nN310 G54\nN320 M30\n"));
 }
 
 TEST(Siemens840D, AnAxisWithLimitsIsNoModuloAxis) {
@@ -109,7 +110,7 @@ TEST(Siemens840D, SwivelsWithSixteenParameters) {
   const auto c = test::shipped_controller("siemens_840d_sl");
   const auto text = test::nc_text(
       c, {nc::ProgramStart{}, nc::TiltedPlane{true, {10000, 0, 0}, {300000, 0, -50000}}, nc::TiltedPlane{}});
-  EXPECT_THAT(text, HasSubstr("CYCLE800(0,\"\",200000,57,1,0,0,30,0,-5,0,0,0,1,0,1)\nN40 CYCLE800()\n"));
+  EXPECT_THAT(text, HasSubstr("CYCLE800(0,\"\",200000,57,1,0,0,30,0,-5,0,0,0,1,0,1)\nN60 CYCLE800()\n"));
   nc::TiltedPlane other{true, {10000, 0, 0}, {300000, 0, -50000}};
   other.direction = -1;
   const auto other_text = test::nc_text(c, {nc::ProgramStart{}, other, nc::ProgramEnd{}});
@@ -121,17 +122,22 @@ TEST(HeidenhainTnc640, SpeaksKlartext) {
   const auto text = program("heidenhain_tnc640");
   EXPECT_THAT(
       text,
-      HasSubstr("0 BEGIN PGM PART MM\n1 ; made by [us]\n2 M126\n3 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n"));
-  EXPECT_THAT(text,
-              HasSubstr("4 TOOL CALL 4 Z\n5 TOOL CALL Z S12000\n6 M3\n7 L X+1 Y+2 Z+100 A-30 C+200 FMAX\n"));
-  EXPECT_THAT(text, HasSubstr("8 M128\n9 L X+1 Y+2 Z+50 C+350 F5\n10 L Y+3 C+10\n"));  // C below 360
-  EXPECT_THAT(text, HasSubstr("11 CYCL DEF 9.0 DWELL TIME\n12 CYCL DEF 9.1 DWELL 1.5\n"));
+      HasSubstr(
+          "0 BEGIN PGM PART MM\n1 ; made by [us]\n2 M126\n3 M129\n4 CYCL DEF 7.0 DATUM SHIFT\n5 CYCL DEF "
+          "7.1 X+0\n6 CYCL DEF 7.2 Y+0\n7 CYCL DEF 7.3 Z+0\n8 PLANE RESET STAY\n9 CYCL DEF 247 DATUM "
+          "SETTING ~\nQ339=+1\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("10 TOOL CALL 4 Z\n11 TOOL CALL Z S12000\n12 M3\n13 L X+1 Y+2 Z+100 A-30 C+200 FMAX\n"));
+  EXPECT_THAT(text, HasSubstr("14 M128\n15 L X+1 Y+2 Z+50 C+350 F5\n16 L Y+3 C+10\n"));  // C below 360
+  EXPECT_THAT(text, HasSubstr("17 CYCL DEF 9.0 DWELL TIME\n18 CYCL DEF 9.1 DWELL 1.5\n"));
   EXPECT_THAT(
       text,
       HasSubstr(
-          "13 M129\n14 L Z+610 R0 FMAX M91\n15 M128\n16 L X+1 Y+3 Z+100 FMAX\n17 M129\n18 TOOL CALL 5 Z\n"));
-  EXPECT_THAT(text, HasSubstr("18 TOOL CALL 5 Z\n19 M126\n20 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n21 "
-                              "M30\n22 END PGM PART MM\n"));
+          "19 M129\n20 L Z+610 R0 FMAX M91\n21 M128\n22 L X+1 Y+3 Z+100 FMAX\n23 M129\n24 TOOL CALL 5 Z\n"));
+  EXPECT_THAT(text, HasSubstr("24 TOOL CALL 5 Z\n25 M126\n26 M129\n"));
+  EXPECT_THAT(text, HasSubstr("31 PLANE RESET STAY\n32 CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n33 M30\n34 END "
+                              "PGM PART MM\n"));
 }
 
 TEST(HeidenhainTnc640, TiltsThePlaneWithSpatialAngles) {

@@ -120,8 +120,8 @@ TEST(FeedFormat, ConvertsSecondsToMinutesAndNeverToZero) {
 TEST(Writer, AShiftStaysInForceBehindAToolChange) {
   for (const auto& [control, behind] :
        {std::pair{"linuxcnc", "T2 M6\nG17 G21 G40 G80 G90 G94\nG61\nG54\nG52 X0.0100 Y0.0000 Z-0.0200\n"},
-        {"siemens_840d_sl", "G54\nN130 TRANS X0.01 Y0 Z-0.02\n"},
-        {"heidenhain_tnc640", "TOOL CALL 2 Z\n7 M126\n8 M30\n"}}) {
+        {"siemens_840d_sl", "CYCLE800()\nN160 G54\nN170 TRANS X0.01 Y0 Z-0.02\n"},
+        {"heidenhain_tnc640", "TOOL CALL 2 Z\n13 M126\n14 M30\n"}}) {
     const nc::Controller c = test::shipped_controller(control);
     nc::OffsetShift shift;
     shift.kind = nc::OffsetShift::Kind::add;
@@ -239,8 +239,8 @@ TEST(Writer, RestoresCompensationAfterARetractWithTheFirstLinearMotion) {
   EXPECT_THAT(program("fanuc_30i", nc::TcpControl{true, 3}),
               HasSubstr(" G49\nN40 G53 G0 Z-12.5\nN50 G0 C90.\nN60 G43.4 H3 X0. Z0.\n"));
   EXPECT_THAT(program("siemens_840d_sl", nc::TcpControl{true, 3}),
-              HasSubstr(" TRAFOOF\nN80 SUPA G0 Z-12.5 D0\nN90 G0 C=DC(90)\nN100 TRAORI\nN110 ORIMKS\nN120 "
-                        "ORIAXES\nN130 X0 Z0\n"));
+              HasSubstr(" TRAFOOF\nN100 SUPA G0 Z-12.5 D0\nN110 G0 C=DC(90)\nN120 TRAORI\nN130 ORIMKS\nN140 "
+                        "ORIAXES\nN150 X0 Z0\n"));
   EXPECT_THAT(program("linuxcnc", nc::LengthCompensation{3}),
               HasSubstr("\nG53 G0 Z-12.5000\nG0 C90.0000\nZ0.0000\n"));
 }

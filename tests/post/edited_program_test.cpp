@@ -146,7 +146,7 @@ class Editor {
         continue;
       // Said twice, or a retract at the height where it is already.
       if (is_retract(i) && seen_retract(i)) continue;
-      if (said_again(i) || restates_modes(i)) continue;
+      if (said_again(i) || restates_modes(i) || ends_earlier(i)) continue;
       // Where the tool is when the program begins nobody knows, and controls go up for a tool change.
       if (is_retract(i) && !seen_motion(i)) continue;
       // The spindle stops, or the coolant, and nothing is cut before it is said anew.
@@ -188,6 +188,18 @@ class Editor {
     return seen_motion(i) && (std::any_of(c.work_offsets.begin(), c.work_offsets.end(), are) ||
                               std::any_of(c.path_modes.begin(), c.path_modes.end(), are) ||
                               std::find(modes.begin(), modes.end(), w) != modes.end());
+  }
+  // What an aborted program may have left on, where nothing has been switched on yet.
+  bool ends_earlier(std::size_t i) const {
+    const nc::Controller c = test::shipped_controller(control_);
+    const std::string w = words_of_line(lines_[i]);
+    const auto& ends = c.program.ends_earlier;
+    if (w != "M429" && std::find(ends.begin(), ends.end(), w) == ends.end()) return false;
+    for (std::size_t j = i; j-- > first_;) {
+      if (is_motion(j)) return false;
+      if (has(lines_[j], "M6") || has(lines_[j], "TOOL CALL")) break;
+    }
+    return c.tcp.switches_kinematics ? seen_motion(i) : true;
   }
   // No motion below since the last retract.
   bool seen_retract(std::size_t i) const {

@@ -161,6 +161,7 @@ struct Controller {
     /// The words switch between kinematics of the control, on machines whose file says that it has both
     /// ([machine] switchable_kinematics).
     bool switches_kinematics = false;
+    bool off_at_start = false;  // a program that was aborted may have left it on: `off` where programs begin
     /// Which of the two is active where a program begins is not known: it must say so. No key of the file;
     /// follows from the machine.
     bool unknown_at_start = false;
@@ -171,6 +172,7 @@ struct Controller {
     Template off;
     PlaneAngles angles = PlaneAngles::euler_zxz;
     bool needs_length = false;  // length compensation must be on before it
+    bool off_at_start = false;  // as for tcp
   } tilted_plane;
 
   struct Program {
@@ -179,6 +181,9 @@ struct Controller {
     /// Of the words of `setup` those that switch nothing but modes: they stand again behind each tool change,
     /// where an operator begins after a reset.
     Template modes;
+    /// Ends what a program that was aborted may have left in force: behind `setup`, and where an operator may
+    /// begin.
+    Template ends_earlier;
     Template end;                                        // {number} {name}
     Template also_end;                                   // other words that end a program, when reading
     std::int64_t first_reserved = 0, last_reserved = 0;  // numbers of the maker's macros; 0: none are known

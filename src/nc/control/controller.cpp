@@ -179,6 +179,7 @@ void read_compensation(Section& root, Controller& c) {
     read_into(s, "off_for_tool_change", c.tcp.off_for_tool_change);
     read_into(s, "replaces_length", c.tcp.replaces_length);
     read_into(s, "switches_kinematics", c.tcp.switches_kinematics);
+    read_into(s, "off_at_start", c.tcp.off_at_start);
   });
   in_section(root, "cutter_compensation", [&](Section& s) {
     read_template(s, "off", {}, c.cutter_compensation[0]);
@@ -193,6 +194,7 @@ void read_compensation(Section& root, Controller& c) {
     read_template(s, "on", {P::x, P::y, P::z, P::a, P::b, P::c, P::direction}, c.tilted_plane.on);
     read_template(s, "off", {}, c.tilted_plane.off);
     read_into(s, "needs_length", c.tilted_plane.needs_length);
+    read_into(s, "off_at_start", c.tilted_plane.off_at_start);
     read_choice<PlaneAngles>(s, "angles",
                              {{"euler_zxz", PlaneAngles::euler_zxz},
                               {"euler_xyz", PlaneAngles::euler_xyz},
@@ -458,6 +460,14 @@ Template modes_of(const Controller& c) {
   return out;
 }
 
+Template ends_earlier_of(const Controller& c) {
+  Template out;
+  if (c.tcp.off_at_start) out = c.tcp.off;
+  if (c.tilted_plane.off_at_start)
+    out.insert(out.end(), c.tilted_plane.off.begin(), c.tilted_plane.off.end());
+  return out;
+}
+
 void read_sections(Section& root, Controller& c) {
   in_section(root, "numbers", [&](Section& s) { read_numbers(s, c); });
   read_layout(root, c);
@@ -468,6 +478,7 @@ void read_sections(Section& root, Controller& c) {
   read_modes(root, c);
   read_shapes(root, c);
   c.program.modes = modes_of(c);
+  c.program.ends_earlier = ends_earlier_of(c);
 }
 
 // Bases are given by name and stand in the same folder.

@@ -14,6 +14,7 @@ namespace trunnion::nc {
 Result<void> BlockWriter::flush_setup(bool with_default_path_mode) {
   s_.due.setup = false;
   if (auto done = s_.put_template(s_.c.program.setup, {}); !done) return done;
+  if (auto done = s_.put_template(s_.c.program.ends_earlier, {}); !done) return done;
   if (with_default_path_mode && s_.c.default_path_mode) return write(PathMode{*s_.c.default_path_mode, 0});
   return {};
 }
@@ -182,9 +183,16 @@ Result<void> BlockWriter::restate_modes() {
   if (const auto mode = std::exchange(s_.modal.path_mode, {})) {
     if (auto done = write(*mode); !done) return done;
   }
-  // A preset takes back all shifts, on controls that have cycles for both, and outlasts a reset.
+  // A preset takes back all shifts, on controls that have cycles for both, and outlasts a reset; so does the
+  // end of a plane there.
   const bool ends_shift = !s_.c.input.places.datum_shift.empty();
   if (shift_ && ends_shift) return {};
+  if (!s_.modal.plane) {
+    if (auto done = s_.put_template(s_.c.program.ends_earlier, {}); !done) return done;
+  }
+  if (s_.c.tcp.unknown_at_start) {
+    if (auto done = s_.put_template(s_.c.tcp.off, {}); !done) return done;
+  }
   if (s_.modal.work_offset > 0) {
     const std::int64_t offset = std::exchange(s_.modal.work_offset, 0);
     if (auto done = write(WorkOffset{offset}); !done) return done;
