@@ -87,9 +87,11 @@ std::optional<JointVector> LostMotion::taken_up(const JointVector& next) const {
     }
     after.q[id] = q[id];
   }
+  Vec3 tip_P = work_.at.point.tip_P + work_.at.point.beside_P;
+  // The words before and behind it have the thermal offset.
+  if (work_.thermal.follows()) tip_P -= work_.thermal.deviation_P(q);
   const auto found =
-      work_.errors.compensator->corrected(work_.at.point.tip_P + work_.at.point.beside_P,
-                                          work_.at.point.axis_P, after, work_.errors.state.lagged());
+      work_.errors.compensator->corrected(tip_P, work_.at.point.axis_P, after, work_.errors.state.lagged());
   if (!found) return std::nullopt;  // the same failure comes with its place for the point itself
   for (AxisId id = 0; id < work_.posting.machine.axes.size(); ++id) {
     if (work_.posting.machine.axes[id].kind != AxisKind::linear) continue;
