@@ -78,6 +78,12 @@ void print_summary(const post::PostReport& r) {
                v.max_axis_deviation.deg());
   spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
+  const double uncertain_mm = 2.0 * r.head.offset_sigma_mm;
+  if (uncertain_mm > v.tolerance_mm)
+    spdlog::warn(
+        "warning: the thermal offsets are uncertain by up to {:.4f} mm (2 sigma): the tolerance holds where "
+        "the machine drifts as they say, and this is not in it",
+        uncertain_mm);
   spdlog::info("{}", rapid_text(v));
   if (!v.travel.empty()) spdlog::info("{}; tools: {}", travel_text(v), lengths_text(r.tools));
 }

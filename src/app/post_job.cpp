@@ -46,6 +46,9 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
     out.push_back("thermal offsets " +
                   (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
                   ": valid for that thermal history only, from the first block on");
+    if (job.offsets != nullptr && job.offsets->largest_sigma_mm() > 0.0)
+      out.push_back("uncertain by up to " + fixed_text(2.0 * job.offsets->largest_sigma_mm(), 4) +
+                    " mm (2 sigma), which is not in the tolerance");
     if (o.thermal_output == "work-offset" || o.thermal_output == "local-shift") {
       const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
       out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS ITS WORK OFFSET"

@@ -9,12 +9,12 @@
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/import_log.hpp"
 #include "trunnion/thermal/location.hpp"
-#include "trunnion/thermal/swapped.hpp"
 
 #include "app/progress.hpp"
 #include "app/results.hpp"
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
+#include "app/thermal_warnings.hpp"
 
 namespace trunnion::app {
 namespace {
@@ -144,23 +144,6 @@ ExitCode run_fit(const ThermalOptions& options) {
       options.output == "-" ? "" : report::thermal_fit_text(*result, fit));
 }
 
-// One line for each run and channel whose model had to do without the speed or feed that it needs.
-void tell_unknown_inputs(const ThermalModel& model, const RunPrediction& run, const std::string& file,
-                         Diagnostics& diagnostics) {
-  for (std::size_t c = 0; c < model.channels.size(); ++c) {
-    const auto rows = std::count_if(run.channel[c].begin(), run.channel[c].end(),
-                                    [](const Estimate& e) { return e.unknown_mm > 0.0; });
-    if (rows == 0) continue;
-    const auto& features = model.channels[c].features;
-    const std::string needs = features.feed_taus_s.empty() ? "spindle_rpm" : "spindle_rpm and feed_mm_min";
-    diagnostics.warning(file, {},
-                        "run '" + run.run + "': the model of '" + model.channels[c].channel + "' needs " +
-                            needs + ", not read in time for " + std::to_string(rows) + " of " +
-                            std::to_string(run.time_s.size()) +
-                            " rows: sigma is wider there, or the last measurement is held");
-  }
-}
-
 ExitCode run_predict(const ThermalOptions& options) {
   if (const auto apart = options.result.apart_from(options.output.value_or("-")); !apart)
     return print_error(apart.error());
@@ -177,15 +160,7 @@ ExitCode run_predict(const ThermalOptions& options) {
     if (!options.run.empty() && log->runs[i].id != options.run) continue;
     auto run = predict(*model, *log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
     if (!run) return print_failure(diagnostics, run.error());
-    tell_unknown_inputs(*model, *run, log->file, diagnostics);
-    if (const auto swapped = find_swapped(*model, *log, log->runs[i])) {
-      diagnostics.warning(log->file, {},
-                          "run '" + run->run + "': are sensors '" + swapped->one + "' and '" +
-                              swapped->other + "' exchanged? As it is the run moves " +
-                              fixed_text(swapped->distance, 1) +
-                              " times as far as any of the training, with the two exchanged " +
-                              fixed_text(swapped->exchanged, 1) + " times");
-    }
+    warn_of_prediction(*model, *log, log->runs[i], *run, diagnostics);
     runs.push_back(std::move(*run));
   }
   print(diagnostics);

@@ -12,6 +12,7 @@
 #include "trunnion/thermal/predictor.hpp"
 
 #include "app/options.hpp"
+#include "app/thermal_warnings.hpp"
 
 // What comes from temperatures: the sensors of a model, offsets, and what a control is to calculate.
 
@@ -139,6 +140,7 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
   if (!log) return tl::unexpected(log.error());
   const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
   if (!prediction) return tl::unexpected(prediction.error());
+  warn_of_prediction(*loaded, *log, log->runs.front(), *prediction, diagnostics);
   return std::optional<thermal::OffsetTable>(thermal::offsets_of(*loaded, *prediction));
 }
 

@@ -156,6 +156,7 @@ std::string post_json(const post::PostReport& r) {
   ordered_json out = r.verification ? verify_object(*r.verification) : ordered_json::object();
   out["verified"] = r.verification.has_value();
   out["offset_shifts"] = r.offset_shifts;
+  out["offset_sigma_mm"] = r.head.offset_sigma_mm;
   out["shift_error_mm"] = r.shift_error_mm;
   out["lag_step_mm"] = r.lag_step_mm;
   out["run_time_bend_mm"] = r.run_time_bend_mm;

@@ -73,6 +73,12 @@ void read_frame(const config::CsvRows& rows, std::size_t column, OffsetTable& ta
 
 }  // namespace
 
+double OffsetTable::largest_sigma_mm() const {
+  double out = 0.0;
+  for (const Offset& row : rows) out = std::max(out, row.sigma_mm);
+  return out;
+}
+
 Vec3 OffsetTable::at_time(double time_s) const {
   TRUNNION_EXPECTS(key == Key::time && !rows.empty());
   const auto after = std::upper_bound(rows.begin(), rows.end(), time_s,

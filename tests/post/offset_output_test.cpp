@@ -7,6 +7,7 @@
 #include "trunnion/post/axes_of.hpp"
 #include "trunnion/post/post.hpp"
 
+#include "post/posting.hpp"
 #include "support/cl_text.hpp"
 #include "support/controllers.hpp"
 #include "support/machines.hpp"
@@ -69,6 +70,7 @@ struct Setting {
   OffsetOutput output = OffsetOutput::work_offset;
   double tolerance_mm = 0.003;
   thermal::OffsetLimits limits = {};
+  const Model* model = nullptr;
 };
 
 OffsetPost offset_post(const std::string& cl, Machine machine, const thermal::OffsetTable* table,
@@ -82,6 +84,7 @@ OffsetPost offset_post(const std::string& cl, Machine machine, const thermal::Of
   job.offset_output = setting.output;
   job.offset_limits = setting.limits;
   job.run_time_drift = setting.drift;
+  job.model = setting.model;
   PostOptions options;
   options.tolerance_mm = setting.tolerance_mm;
   options.rtcp = setting.rtcp;
@@ -457,6 +460,38 @@ TEST(OffsetOutput, AxisValuesBeyondTheClampFailTheVerification) {
   setting.limits.clamp_mm = 0.012;
   EXPECT_FALSE(
       offset_post(blades(4, true), machine_with_offset(), &table, setting).report->verification->passed());
+}
+
+// Blocks that take up lost motion have the offset that those before and behind them have: C at a reversal
+// from the one blade's arc to the other would otherwise go by it and back.
+TEST(OffsetOutput, LostMotionIsTakenUpWithTheOffsetInForce) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = "PARTNO TEST\nMULTAX/ON\nLOADTL/3\nSPINDL/RPM,8000,CLW\nFEDRAT/MMPM,600\nRAPID\n";
+  const auto point = [&](double x, double y, double z) {
+    cl +=
+        "GOTO/" + fixed_text(x, 5) + "," + fixed_text(y, 5) + "," + fixed_text(z, 5) + ",0.3,0.1,0.948683\n";
+  };
+  point(30.0, 0.0, 60.0);
+  for (int i = 0; i <= 72; ++i) {
+    const double turn = i * 4.0 * kPi / 72;
+    point(30.0 * std::cos(turn), 30.0 * std::sin(turn), 10.0 + 3.0 * std::cos(2.0 * turn));
+  }
+  point(30.0, 0.0, 60.0);
+  const auto table = offsets("time_s,dx_um,dy_um,dz_um,sigma_um\n0,40,-30,50,1\n3600,45,-33,58,4\n");
+  const Model model = test::model_of(
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"backlash:X\"\n[effect.parameters]\nb_um = 4\n"
+      "[[effect]]\nid = \"backlash:Y\"\n[effect.parameters]\nb_um = 5\n"
+      "[[effect]]\nid = \"backlash:Z\"\n[effect.parameters]\nb_um = 3\n",
+      machine);
+  Setting setting;
+  setting.output = OffsetOutput::axis_values;
+  setting.model = &model;
+  const OffsetPost without = offset_post(cl, machine, nullptr, setting);
+  const OffsetPost with = offset_post(cl, machine, &table, setting);
+  ASSERT_TRUE(without.report && with.report);
+  EXPECT_TRUE(with.report->verification->passed()) << with.report->verification->certified_tip_deviation_mm;
+  EXPECT_LE(with.report->nc_lines, without.report->nc_lines + 6);
+  EXPECT_DOUBLE_EQ(with.report->head.offset_sigma_mm, 0.004);
 }
 
 }  // namespace

@@ -157,6 +157,7 @@ struct PostReport {
   struct Head {
     std::int64_t work_offset = 1;     // that the program calls
     std::int64_t program_number = 0;  // that it begins with; 0: the control knows programs by names
+    double offset_sigma_mm = 0.0;     // largest standard uncertainty of the thermal offsets; in no verdict
   } head;
   std::size_t nc_lines = 0;
   std::optional<VerifyReport> verification;          // on the machine that was compensated for

@@ -30,6 +30,8 @@ struct OffsetTable {
   OffsetFrame frame = OffsetFrame::machine;
   std::vector<Offset> rows;  // over time: strictly increasing
 
+  /// The largest standard uncertainty of its rows.
+  double largest_sigma_mm() const;
   /// Deviation at `time_s`: linear between rows, held outside. Requires a table over time with a row.
   Vec3 at_time(double time_s) const;
   /// The row of an operation; nothing when the table has none of that name.

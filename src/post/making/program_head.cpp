@@ -71,6 +71,8 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   if (auto r = posting_.write(start); !r) return r;
   const std::int64_t index = work_offset_of(chunk);
   posting_.report.head.work_offset = index;
+  if (posting_.job.offsets != nullptr)
+    posting_.report.head.offset_sigma_mm = posting_.job.offsets->largest_sigma_mm();
   const bool adds_length =
       posting_.machine.output_point == OutputPoint::tip && chunk.tool.control_adds_length;
   const auto zero = program_zero(posting_.machine, posting_.controller, index,
