@@ -57,12 +57,9 @@ Result<Prepared> prepare_for_fit(const ThermalOptions& options, Diagnostics& dia
     if (name != "all" && !out.log.sensor(name))
       return fail(ErrorCode::wrong_use, "--keep-sensors: the log has no sensor '" + name + "'", out.log.file);
   }
-  const auto left_out = judge_sensors(out.log, out.faults, options.keep);
-  for (const LeftOut& l : left_out)
-    diagnostics.warning(
-        l.file, {},
-        "sensor '" + l.sensor + "' is left out (--keep-sensors " + l.sensor + " keeps it): " + l.why);
-  out.log = without_sensors(out.log, left_out);
+  auto usable = usable_for_fit(out.log, out.faults, options.keep, diagnostics);
+  if (!usable) return tl::unexpected(usable.error());
+  out.log = std::move(*usable);
   return out;
 }
 

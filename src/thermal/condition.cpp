@@ -129,10 +129,6 @@ std::vector<double> means(const std::vector<double>& column, const std::vector<s
   return out;
 }
 
-std::string file_of(const LogRun& run, std::size_t sensor, const Log& log) {
-  return sensor < run.sensor_file.size() ? run.sensor_file[sensor] : log.file;
-}
-
 // One line for each run whose spindle speed is not known for a while.
 void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnostics) {
   double unknown_s = 0.0;
@@ -153,6 +149,16 @@ void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnost
                           fixed_text(unknown_s / kSecondsPerMinute, 0) + " of " +
                           fixed_text((run.time_s.back() - run.time_s.front()) / kSecondsPerMinute, 0) +
                           " min: unknown there, not 0");
+}
+
+// What a sensor may have been read in that begins the day at so many "degrees Celsius".
+std::string question_of_unit(double degC) {
+  // A workshop of 10 to 43 degC in degrees Fahrenheit, and of -23 to 57 degC in kelvin.
+  constexpr double kMostFahrenheit = 110.0;
+  constexpr double kLeastKelvin = 250.0, kMostKelvin = 330.0;
+  if (degC <= kMostFahrenheit) return "are these degrees Fahrenheit?";
+  if (degC >= kLeastKelvin && degC <= kMostKelvin) return "are these kelvin?";
+  return "in which unit are these?";
 }
 
 // Units that no workshop has: a line for each run that looks like degrees Fahrenheit or minutes.
@@ -177,7 +183,7 @@ void tell_doubtful_units(const Log& log, const LogRun& run, Diagnostics& diagnos
   if (std::isfinite(coldest_degC) && coldest_degC > kWarmShop_degC)
     diagnostics.warning(log.file, {},
                         "run '" + run.id + "': the coldest sensor begins at " + fixed_text(coldest_degC, 1) +
-                            " degC: are these degrees Fahrenheit?");
+                            " degC: " + question_of_unit(coldest_degC));
   const double lasts_s = run.rows() > 0 ? run.time_s.back() - run.time_s.front() : 0.0;
   if (run.rows() >= kManyRows && lasts_s < kShort_s && fast >= 2)
     diagnostics.warning(log.file, {},
@@ -233,48 +239,6 @@ Log resampled(const Log& log, double step_s) {
   return out;
 }
 
-std::vector<LeftOut> judge_sensors(const Log& log, const std::vector<SensorFault>& faults,
-                                   const std::vector<std::string>& keep) {
-  constexpr double kFewOutOfRange = 0.05;
-  const auto kept = [&](const std::string& name) {
-    return std::any_of(keep.begin(), keep.end(),
-                       [&](const std::string& k) { return k == name || k == "all"; });
-  };
-  std::vector<LeftOut> out;
-  for (std::size_t s = 0; s < log.sensors.size(); ++s) {
-    if (kept(log.sensors[s])) continue;
-    for (const SensorFault& fault : faults) {
-      if (fault.sensor != log.sensors[s]) continue;
-      const auto run =
-          std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
-      const auto good = static_cast<double>(readings_of(run->temperature_degC[s]).size());
-      const auto bad = static_cast<double>(fault.readings);
-      const bool spoils = fault.kind == FaultKind::stuck || fault.kind == FaultKind::jump ||
-                          (fault.kind == FaultKind::out_of_range && bad > kFewOutOfRange * (good + bad)) ||
-                          (fault.kind == FaultKind::gap && good == 0.0);
-      if (!spoils) continue;
-      out.push_back({log.sensors[s], file_of(*run, s, log), fault.text()});
-      break;
-    }
-  }
-  return out;
-}
-
-Log without_sensors(const Log& log, const std::vector<LeftOut>& left_out) {
-  Log out = log;
-  for (std::size_t s = log.sensors.size(); s-- > 0;) {
-    const auto named = [&](const LeftOut& l) { return l.sensor == log.sensors[s]; };
-    if (std::none_of(left_out.begin(), left_out.end(), named)) continue;
-    const auto at = static_cast<std::ptrdiff_t>(s);
-    out.sensors.erase(out.sensors.begin() + at);
-    for (LogRun& run : out.runs) {
-      run.temperature_degC.erase(run.temperature_degC.begin() + at);
-      if (!run.sensor_file.empty()) run.sensor_file.erase(run.sensor_file.begin() + at);
-    }
-  }
-  return out;
-}
-
 void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnostics& diagnostics) {
   struct Told {
     const SensorFault* first;
@@ -286,7 +250,7 @@ void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnos
   for (const SensorFault& fault : faults) {
     const auto run =
         std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
-    const std::string file = file_of(*run, *log.sensor(fault.sensor), log);
+    const std::string file = sensor_file(*run, *log.sensor(fault.sensor), log);
     auto line = std::find_if(lines.begin(), lines.end(), [&](const Told& t) {
       return t.first->sensor == fault.sensor && t.first->kind == fault.kind && t.file == file;
     });

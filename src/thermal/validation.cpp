@@ -250,6 +250,7 @@ std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   methods.insert(methods.end(), {Method::gp, Method::mean});
   for (const Method method : methods) {
     if (options.method && *options.method != method) continue;
+    if (features_of(method, log).size() == 0) continue;  // no sensor is left
     for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update})
       out.push_back({method, anchor});
   }
@@ -362,6 +363,11 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
   const auto targets = options.targets.empty() ? log.channels : options.targets;
   if (targets.empty())
     return fail(ErrorCode::wrong_input, "the log has no measured channel (<channel>_um)", log.file);
+  if (log.sensors.empty() && !log.has_speed && !log.has_feed)
+    return fail(ErrorCode::wrong_input,
+                "the log has no temperature (T_<name>_degC), or none that can be used, and no spindle_rpm or "
+                "feed_mm_min",
+                log.file);
   for (const std::string& target : targets) {
     const auto channel = log.channel(target);
     if (!channel)

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "trunnion/thermal/screening.hpp"
+#include "trunnion/thermal/validation.hpp"
+
 #include "thermal/stuck.hpp"
 
 namespace trunnion::thermal {
@@ -168,6 +171,36 @@ TEST(SensorFaults, AFewReadingsOutOfRangeSpoilNoSensor) {
   EXPECT_EQ(left_out[1].sensor, "column");
 }
 
+// A day in kelvin spoils itself and not the sensors of the other days; without any day there is an error.
+TEST(SensorFaults, ADayWithoutAUsableSensorIsLeftOut) {
+  Log log = coarse_log();
+  const auto in_kelvin = [](LogRun& run) {
+    for (auto& column : run.temperature_degC) {
+      for (double& value : column) value += 273.15;
+    }
+  };
+  in_kelvin(log.runs[1]);
+  for (auto& column : log.runs[3].temperature_degC) std::fill(column.begin(), column.end(), std::nan(""));
+  Log cleaned;
+  auto faults = faults_of(log, &cleaned);
+  Diagnostics diagnostics;
+  for (const std::vector<std::string>& keep : {std::vector<std::string>{}, {"all"}}) {
+    const auto usable = usable_for_fit(cleaned, faults, keep, diagnostics);
+    ASSERT_TRUE(usable);
+    ASSERT_EQ(usable->runs.size(), 2U);
+    EXPECT_EQ(usable->runs[1].id, "3");
+    EXPECT_EQ(usable->sensors.size(), 4U);
+  }
+  EXPECT_EQ(diagnostics.findings()[0].text(),
+            "spindle.csv: warning: run '2' is left out, since none of its sensors can be used: run '2', "
+            "sensor 'front': out of range from 0 s to 14370 s (480 readings)");
+  for (const std::size_t run : {0U, 2U}) in_kelvin(log.runs[run]);
+  faults = faults_of(log, &cleaned);
+  const auto none = usable_for_fit(cleaned, faults, {}, diagnostics);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().text().find("no run is left"), std::string::npos);
+}
+
 TEST(SensorFaults, AreToldInOneLineEachWithTheFileOfTheSensor) {
   Diagnostics diagnostics;
   const auto a = parse_log("run_id,time_s,T_a_degC\n1,0,20\n1,60,21\n", "a.csv", diagnostics);
@@ -197,6 +230,24 @@ TEST(SensorFaults, AGapIsReportedAndASlowSensorHasNone) {
   EXPECT_EQ(faults[0].kind, FaultKind::gap);
   EXPECT_EQ(faults[0].from_s, 2990.0);
   EXPECT_EQ(faults[0].to_s, 3600.0);
+}
+
+// Nothing to learn from is an error, and a speed alone is enough.
+TEST(SensorFaults, AFitWithoutSensorsSaysSo) {
+  Log log = coarse_log();
+  log.sensors.clear();
+  log.channels = {"dx"};
+  for (LogRun& run : log.runs) {
+    run.temperature_degC.clear();
+    run.channel_mm.assign(1, std::vector<double>(run.rows(), std::nan("")));
+    for (std::size_t i = 0; i < run.rows(); i += 60) run.channel_mm[0][i] = 1e-4 * static_cast<double>(i);
+  }
+  Diagnostics diagnostics;
+  EXPECT_FALSE(fit_thermal(log, {}, diagnostics));
+  EXPECT_FALSE(screen(log, {}, 1800.0));
+  log.has_speed = true;
+  for (LogRun& run : log.runs) run.spindle_rpm.assign(run.rows(), 5000.0);
+  EXPECT_TRUE(fit_thermal(log, {}, diagnostics));
 }
 
 TEST(Resampling, AveragesFastLogsAndLeavesSlowOnes) {
