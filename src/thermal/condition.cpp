@@ -9,6 +9,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/thermal/features.hpp"
 
+#include "thermal/start.hpp"
 #include "thermal/stuck.hpp"
 
 namespace trunnion::thermal {
@@ -33,6 +34,7 @@ class Checker {
   std::vector<double> check() {
     std::vector<double> column = run_->temperature_degC[sensor_];
     take_out_of_range(column);
+    take_wrong_start(column);
     take_jumps(column);
     report_gaps(column);
     return column;
@@ -56,25 +58,54 @@ class Checker {
     if (count > 0) report(FaultKind::out_of_range, first, last, count);
   }
 
-  bool jumps(const std::vector<double>& column, std::size_t a, std::size_t b) const {
-    constexpr double kSlow_s = 60.0;
-    return time(b) - time(a) <= kSlow_s && std::abs(column[b] - column[a]) > limits_->max_jump_K;
+  static constexpr double kSlow_s = 60.0;
+  static constexpr std::size_t kSpike = 5;  // readings
+
+  // The rises of the run count from its first reading: that one is judged by those behind it.
+  void take_wrong_start(std::vector<double>& column) {
+    const auto rows = readings_of(column);
+    std::vector<TimedReading> start;
+    for (const std::size_t row : rows) {
+      if (time(row) - time(rows.front()) > kStartAtMost_s) break;
+      start.push_back({time(row), column[row]});
+    }
+    if (const std::size_t count = start_of(start); count > 0) start.resize(count);
+    take_out_first(column, rows, wrong_at_start(start));
+  }
+
+  void take_out_first(std::vector<double>& column, const std::vector<std::size_t>& rows, std::size_t count) {
+    if (count == 0) return;
+    report(FaultKind::spike, rows.front(), rows[count - 1], count);
+    for (std::size_t i = 0; i < count; ++i) column[rows[i]] = kNotRead;
+  }
+
+  bool apart(const std::vector<double>& column, std::size_t a, std::size_t b, double within_s) const {
+    return time(b) - time(a) <= within_s && std::abs(column[b] - column[a]) > limits_->max_jump_K;
   }
 
   // A reading that leaves and comes back is a spike; one that stays away is a jump, and nothing after it can
-  // be believed.
+  // be believed. Where more comes after it than before, at the very start of the run, it is what was before
+  // that cannot be.
   void take_jumps(std::vector<double>& column) {
     const auto rows = readings_of(column);
+    // So long no structure moves by as much as a jump and stands again.
+    constexpr double kAway_s = static_cast<double>(kSpike + 1) * kSlow_s;
     std::size_t good = 0;  // index into rows of the last good reading
     for (std::size_t k = 1; k < rows.size(); ++k) {
-      if (!jumps(column, rows[good], rows[k])) {
+      if (!apart(column, rows[good], rows[k], kSlow_s)) {
         good = k;
         continue;
       }
-      constexpr std::size_t kSpike = 5;  // readings
       std::size_t back = k + 1;
-      while (back < rows.size() && back <= k + kSpike && jumps(column, rows[good], rows[back])) ++back;
+      while (back < rows.size() && back <= k + kSpike && apart(column, rows[good], rows[back], kAway_s))
+        ++back;
       const bool spike = back < rows.size() && back <= k + kSpike;
+      const bool at_start = time(rows[k]) - time(rows.front()) <= kStartAtMost_s && 2 * k < rows.size();
+      if (!spike && at_start) {
+        take_out_first(column, rows, k);
+        good = k;
+        continue;
+      }
       const std::size_t end = spike ? back : rows.size();
       report(spike ? FaultKind::spike : FaultKind::jump, rows[k], rows[end - 1], end - k);
       for (std::size_t i = k; i < end; ++i) column[rows[i]] = kNotRead;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -12,6 +13,8 @@
 
 #include "thermal/bench.hpp"
 #include "thermal/follower.hpp"
+#include "thermal/start.hpp"
+#include "thermal/watch.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -35,7 +38,27 @@ struct Predictor::Channel {
   RunScale scale = {};
 };
 
-Predictor::Predictor(ThermalModel model) : model_(std::move(model)) {
+// Readings as they come.
+struct Predictor::Raw {
+  struct Told {
+    double time_s = 0.0;
+    std::vector<double> temperature_degC;
+    double spindle_rpm = 0.0, feed_mm_s = 0.0;
+    std::vector<std::pair<std::size_t, double>> measured_mm;  // after it
+  };
+  SensorWatch watch;
+  bool settled = false;
+  std::vector<Told> start = {};  // until it is settled
+};
+
+Predictor::Predictor(ThermalModel model, Readings readings) : model_(std::move(model)) {
+  make_channels();
+  if (readings == Readings::raw)
+    raw_ = std::make_unique<Raw>(Raw{SensorWatch(usual_moves_K(model_, sensors_))});
+}
+
+void Predictor::make_channels() {
+  channels_.clear();
   for (const ChannelModel& channel : model_.channels) {
     Channel out{{},
                 FeatureState(channel.features),
@@ -61,12 +84,28 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
                                             " s is before the last reading at " + shortest_text(time_s_) +
                                             " s");
   }
+  if (!raw_ || raw_->settled) {
+    take(time_s, temperature_degC, spindle_rpm, feed_mm_s);
+    return {};
+  }
+  if (raw_->start.empty()) start_s_ = time_s;
+  raw_->start.push_back(
+      {time_s, {temperature_degC.begin(), temperature_degC.end()}, spindle_rpm, feed_mm_s, {}});
+  time_s_ = time_s;
+  started_ = true;
+  settle();
+  return {};
+}
+
+void Predictor::take(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
+                     double feed_mm_s) {
   if (!started_) start_s_ = time_s;
   time_s_ = time_s;
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    Channel& channel = channels_[c];
+  std::vector<double> degC(temperature_degC.begin(), temperature_degC.end());
+  if (raw_) degC = raw_->watch.believed(time_s, degC);
+  for (Channel& channel : channels_) {
     std::vector<double> own;
-    for (const std::size_t s : channel.sensor) own.push_back(temperature_degC[s]);
+    for (const std::size_t s : channel.sensor) own.push_back(degC[s]);
     channel.state.step(
         {.time_s = time_s, .temperature_degC = own, .spindle_rpm = spindle_rpm, .feed_mm_s = feed_mm_s});
     if (channel.reference) continue;
@@ -78,7 +117,41 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
     channel.anchor_s = time_s;
   }
   started_ = true;
-  return {};
+}
+
+// Once the start can be judged, the run is followed from its beginning without what was wrong there.
+void Predictor::settle() {
+  auto& start = raw_->start;
+  // Of a client that sends more within the start the rest is believed.
+  constexpr std::size_t kMostKept = 2000;
+  bool over = time_s_ - start_s_ > kStartAtMost_s || start.size() >= kMostKept;
+  std::vector<std::vector<TimedReading>> readings(sensors_.size());
+  for (const Raw::Told& told : start) {
+    for (std::size_t s = 0; s < sensors_.size(); ++s) {
+      if (!std::isnan(told.temperature_degC[s]))
+        readings[s].push_back({told.time_s, told.temperature_degC[s]});
+    }
+  }
+  over = over || std::all_of(readings.begin(), readings.end(), [](const auto& r) { return start_of(r) > 0; });
+  if (!over) return;
+  for (std::size_t s = 0; s < sensors_.size(); ++s) {
+    if (const std::size_t count = start_of(readings[s]); count > 0) readings[s].resize(count);
+    std::size_t wrong = wrong_at_start(readings[s]);
+    for (auto told = start.begin(); told != start.end() && wrong > 0; ++told) {
+      if (std::isnan(told->temperature_degC[s])) continue;
+      told->temperature_degC[s] = kNotRead;
+      --wrong;
+    }
+  }
+  raw_->settled = true;
+  started_ = false;
+  const std::vector<Raw::Told> all = std::move(start);
+  start.clear();
+  make_channels();
+  for (const Raw::Told& told : all) {
+    take(told.time_s, told.temperature_degC, told.spindle_rpm, told.feed_mm_s);
+    for (const auto& [channel, value_mm] : told.measured_mm) measure(channel, value_mm);
+  }
 }
 
 FeatureVector Predictor::relative(const Channel& channel) const {
@@ -91,6 +164,7 @@ FeatureVector Predictor::relative(const Channel& channel) const {
 void Predictor::measure(std::size_t index, double value_mm) {
   TRUNNION_EXPECTS(started_ && index < channels_.size());
   Channel& channel = channels_[index];
+  if (raw_ && !raw_->settled) raw_->start.back().measured_mm.emplace_back(index, value_mm);
   const bool early = time_s_ - start_s_ <= kReferenceShare * model_.measure_every_s;
   if (!channel.measured && early) {
     channel.reference_mm = value_mm;
@@ -108,14 +182,22 @@ void Predictor::measure(std::size_t index, double value_mm) {
   channel.measured = drifted;
 }
 
+bool Predictor::stale(const Channel& channel) const {
+  if (raw_ && !raw_->settled) return false;
+  for (std::size_t s = 0; s < channel.sensor.size(); ++s) {
+    if (channel.state.age_s(s) > kStale_s || (raw_ && raw_->watch.stuck(channel.sensor[s]))) return true;
+  }
+  return false;
+}
+
 // The age of the last measurement included.
 Said Predictor::say(std::size_t index) const {
   const Channel& channel = channels_[index];
-  bool stale = false;
-  for (std::size_t s = 0; s < channel.sensor.size(); ++s) stale = stale || channel.state.age_s(s) > kStale_s;
-  // Without its sensors every model falls back on the last measurement.
-  Said out = channel.follower.say(relative(channel), stale);
-  out.causes.age_s = time_s_ - channel.anchor_s;
+  // Without its sensors, and before their rises count from something, every model falls back on the last
+  // measurement.
+  const bool hold = stale(channel) || (raw_ && !raw_->settled);
+  Said out = channel.follower.say(relative(channel), hold);
+  out.causes.age_s = time_s_ - std::max(channel.anchor_s, start_s_);
   return out;
 }
 
@@ -125,8 +207,7 @@ Estimate Predictor::estimate(std::size_t index) const {
   const Said said = say(index);
   Estimate out;
   out.since_measured_s = said.causes.age_s;
-  for (std::size_t s = 0; s < channel.sensor.size(); ++s)
-    out.stale = out.stale || channel.state.age_s(s) > kStale_s;
+  out.stale = stale(channel);
   out.value_mm = said.value_mm;
   out.distance = said.distance;
   out.unknown_mm = said.causes.unknown_mm;

@@ -83,6 +83,52 @@ TEST(SensorFaults, AStuckSensorIsOneThatStandsWhileOthersMove) {
   EXPECT_TRUE(faults_of(log).empty());
 }
 
+// All rises of a run count from its first reading: a wrong one is named, and not the good ones behind it.
+TEST(SensorFaults, AWrongStartIsTakenOutAndNotWhatFollows) {
+  for (const double by_K : {3.0, 40.0, -20.0}) {
+    Log log = plain_log();
+    for (std::size_t i = 0; i < 1080; ++i) log.runs[0].temperature_degC[1][i] += i % 2 == 0 ? 0.1 : 0.0;
+    log.runs[0].temperature_degC[1][0] += by_K;
+    Log cleaned;
+    const auto faults = faults_of(log, &cleaned);
+    ASSERT_EQ(faults.size(), 1U) << by_K;
+    EXPECT_EQ(faults[0].text(), "run 'day', sensor 'b': spike from 0 s to 0 s (1 readings)");
+    EXPECT_TRUE(std::isnan(cleaned.runs[0].temperature_degC[1][0]));
+    EXPECT_FALSE(std::isnan(cleaned.runs[0].temperature_degC[1][1]));
+  }
+  // Ten minutes of an hour are the fault, not the fifty behind them.
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 60; ++i) log.runs[0].temperature_degC[1][i] = 85.0;
+  Log cleaned;
+  ASSERT_EQ(faults_of(log, &cleaned).size(), 1U);
+  EXPECT_TRUE(std::isnan(cleaned.runs[0].temperature_degC[1][59]));
+  EXPECT_FALSE(std::isnan(cleaned.runs[0].temperature_degC[1][60]));
+}
+
+// A machine that begins to move is no fault, however fast, nor is a sensor in steps of a kelvin.
+TEST(SensorFaults, AGoodStartStays) {
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 1080; ++i) {
+    const double t = 10.0 * static_cast<double>(i);
+    log.runs[0].temperature_degC[0][i] = 22.0 + (t < 150.0 ? 0.0 : 15.0 * -std::expm1((150.0 - t) / 600.0));
+    log.runs[0].temperature_degC[1][i] = 20.0 + 12.0 * -std::expm1(-t / 120.0);
+  }
+  EXPECT_TRUE(faults_of(log).empty());
+  for (std::size_t i = 0; i < 1080; ++i) log.runs[0].temperature_degC[1][i] = i == 0 ? 20.0 : 21.0;
+  for (const SensorFault& fault : faults_of(log)) EXPECT_EQ(fault.kind, FaultKind::stuck);
+}
+
+// A reading that stays away is no spike only because a minute has passed.
+TEST(SensorFaults, AJumpOfASlowLoggerStaysAJump) {
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 1080; ++i) log.runs[0].time_s[i] = 30.0 * static_cast<double>(i);
+  for (std::size_t i = 600; i < 1080; ++i) log.runs[0].temperature_degC[1][i] = 0.0;
+  const auto faults = faults_of(log);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].kind, FaultKind::jump);
+  EXPECT_EQ(faults[0].readings, 480U);
+}
+
 // Four days of a spindle that runs for two hours and rests for two, a reading every 30 s: three sensors with
 // a lag of 20 min, 1 h and 3 h behind the first one's heat, in steps of 0.1 K; the slowest stands for an hour
 // and more.

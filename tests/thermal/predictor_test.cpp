@@ -1,6 +1,7 @@
 #include "trunnion/thermal/predictor.hpp"
 
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 
 #include "trunnion/base/units.hpp"
@@ -8,6 +9,7 @@
 #include "trunnion/thermal/validation.hpp"
 
 #include "thermal/bench.hpp"
+#include "thermal/watch.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -179,6 +181,57 @@ TEST(ThermalPredictor, HoldsTheLastMeasurementWhenSensorsFallSilent) {
   EXPECT_GT(predictor.estimate(0).sigma_mm, sigma);
   EXPECT_FALSE(predictor.read(10.0, warm, 0.0, 0.0));  // time goes back: refused, nothing changes
   EXPECT_EQ(predictor.time_s(), 3600.0);
+}
+
+// Feeds a run up to a time; sensors as `change` leaves them.
+void feed(Predictor& predictor, const Log& log, double until_s,
+          const std::function<void(std::size_t, std::vector<double>&)>& change) {
+  const LogRun& run = log.runs[1];
+  for (std::size_t row = 0; row < run.rows() && run.time_s[row] <= until_s; ++row) {
+    std::vector<double> degC;
+    for (const auto& name : predictor.sensors()) degC.push_back(run.temperature_degC[*log.sensor(name)][row]);
+    change(row, degC);
+    ASSERT_TRUE(predictor.read(run.time_s[row], degC, run.spindle_rpm[row], run.feed_mm_s[row]));
+  }
+}
+
+// A live loop whose first reading is wrong says what it says without that reading, once it can tell; until
+// then it does nothing, and its sigma says so.
+TEST(ThermalPredictor, JudgesTheStartOfRawReadings) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  for (const double by_K : {40.0, 3.0}) {
+    Predictor raw(model, Readings::raw), judged(model);
+    const auto wrong = [&](std::size_t row, std::vector<double>& degC) {
+      if (row == 0) degC[0] += by_K;
+    };
+    feed(raw, days.log, 200.0, wrong);
+    EXPECT_EQ(raw.estimate(0).value_mm, 0.0);
+    EXPECT_FALSE(raw.estimate(0).stale);
+    EXPECT_NEAR(raw.estimate(0).sigma_mm, model.channels[0].hold_sigma.sigma_mm({.age_s = 200.0}, {}), 1e-12);
+    Predictor again(model, Readings::raw);
+    feed(again, days.log, 5000.0, wrong);
+    feed(judged, days.log, 5000.0, [](std::size_t row, std::vector<double>& degC) {
+      if (row == 0) degC[0] = kNotRead;
+    });
+    EXPECT_EQ(again.estimate(0).value_mm, judged.estimate(0).value_mm) << by_K;
+    EXPECT_EQ(again.estimate(0).sigma_mm, judged.estimate(0).sigma_mm) << by_K;
+  }
+}
+
+// A sensor that jumps is silent until it is back; one that stops flickering stands, a quiet one may.
+TEST(ThermalWatch, BelievesNoJumpAndNoStandstill) {
+  SensorWatch watch({1.0, 1.0, 0.1});
+  for (int i = 0; i < 800; ++i) {
+    const double t = 10.0 * i;
+    const bool away = i >= 20 && i < 60;
+    const double flickers = i < 300 ? 21.0 + 0.1 * (i % 2) : 21.0;
+    const auto out =
+        watch.believed(t, std::vector<double>{20.0 + 0.01 * i + (away ? 9.0 : 0.0), flickers, 22.0});
+    EXPECT_EQ(std::isnan(out[0]), away) << i;
+    EXPECT_FALSE(watch.stuck(0) || watch.stuck(2)) << i;
+    EXPECT_EQ(watch.stuck(1), t - 3000.0 >= 3600.0) << i;
+  }
 }
 
 // An empty speed is unknown, not 0: the model that lags it widens at once and holds the last measurement

@@ -1,10 +1,12 @@
 #pragma once
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
 #include "trunnion/thermal/offsets.hpp"
 
@@ -29,11 +31,17 @@ struct Estimate {
 /// A temperature of a structure that is older than this says nothing of what goes on now.
 inline constexpr double kStale_s = 900.0;
 
+/// What a Predictor is given: readings of a log that was judged as a whole (condition.hpp), or such as they
+/// come. Those it judges itself, as soon as it can: the first ones when five minutes of them have come (until
+/// then the last measurement is held, with its sigma), jumps and standstills as they happen (such a sensor is
+/// silent).
+enum class Readings { judged, raw };
+
 /// Follows a run reading by reading and measurement by measurement: the live loop and `thermal predict` are
 /// this, with the formula of the validation.
 class Predictor {
  public:
-  explicit Predictor(ThermalModel model);
+  explicit Predictor(ThermalModel model, Readings readings = Readings::judged);
   Predictor(Predictor&&) noexcept;
   Predictor& operator=(Predictor&&) noexcept;
   Predictor(const Predictor&) = delete;
@@ -57,9 +65,15 @@ class Predictor {
 
  private:
   struct Channel;
+  struct Raw;
+  void make_channels();
+  void take(double time_s, std::span<const double> temperature_degC, double spindle_rpm, double feed_mm_s);
+  void settle();
+  bool stale(const Channel& channel) const;
   FeatureVector relative(const Channel& channel) const;
   Said say(std::size_t channel) const;
   ThermalModel model_;
+  std::unique_ptr<Raw> raw_;  // null for judged readings
   std::vector<std::string> sensors_;
   std::vector<Channel> channels_;
   double start_s_ = 0.0;
