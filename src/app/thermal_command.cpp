@@ -167,8 +167,9 @@ ExitCode run_predict(const ThermalOptions& options) {
   if (const auto said = check_axes(*model, options.model); !said) return print_error(said.error());
   if (options.measure_every_min) model->measure_every_s = *options.measure_every_min * kSecondsPerMinute;
   std::vector<SensorFault> faults;
-  const auto log = load_conditioned_logs(options.logs, diagnostics, faults);
+  auto log = load_conditioned_logs(options.logs, diagnostics, faults);
   if (!log) return print_failure(diagnostics, log.error());
+  *log = without_stuck(*model, *log, faults);
   std::vector<RunPrediction> runs;
   for (std::size_t i = 0; i < log->runs.size(); ++i) {
     if (!options.run.empty() && log->runs[i].id != options.run) continue;

@@ -134,6 +134,13 @@ class Checker {
     for (std::size_t k = 1; k < rows.size(); ++k) {
       if (time(rows[k]) - time(rows[k - 1]) > longest) report(FaultKind::gap, rows[k - 1], rows[k], 0);
     }
+    // What was taken out was told.
+    const auto& raw = run_->temperature_degC[sensor_];
+    const bool silent = rows.back() == readings_of(raw).back();
+    if (silent && time(raw.size() - 1) - time(rows.back()) > longest) {
+      report(FaultKind::gap, rows.back(), raw.size() - 1, 0);
+      faults_->back().why = "silent to the end of the run";
+    }
   }
 
   const LogRun* run_;

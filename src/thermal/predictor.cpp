@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "trunnion/base/contract.hpp"
@@ -24,6 +25,18 @@ using Eigen::VectorXd;
 // A first measurement so early (in units of the interval) is the reference itself; the same rule as in the
 // validation.
 constexpr double kReferenceShare = 0.1;
+
+// Between the least and the most that was read; means of equal readings are equal but for their rounding.
+double moved_K(const std::vector<double>& column) {
+  constexpr double kRounding_K = 1e-6;
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const double value : column) {
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  return most - least > kRounding_K ? most - least : 0.0;
+}
 
 }  // namespace
 
@@ -214,6 +227,25 @@ Estimate Predictor::estimate(std::size_t index) const {
   out.sigma_mm = model.sigma.sigma_mm(said.causes, channel.scale);
   if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
   if (said.causes.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_sigma.sigma_mm(said.causes, {}));
+  return out;
+}
+
+Log without_stuck(const ThermalModel& model, const Log& log, const std::vector<SensorFault>& faults) {
+  Log out = log;
+  const std::vector<double> usual_K = usual_moves_K(model, log.sensors);
+  for (const SensorFault& fault : faults) {
+    const auto sensor = log.sensor(fault.sensor);
+    if (fault.kind != FaultKind::stuck || !sensor) continue;
+    for (LogRun& run : out.runs) {
+      auto& column = run.temperature_degC[*sensor];
+      if (run.id != fault.run) continue;
+      const bool moves = moved_K(column) > 0.0;
+      if (!moves && usual_K[*sensor] < SensorLimits{}.stuck_least_K) continue;
+      for (std::size_t row = 0; row < run.rows(); ++row) {
+        if (run.time_s[row] >= fault.from_s && run.time_s[row] <= fault.to_s) column[row] = kNotRead;
+      }
+    }
+  }
   return out;
 }
 

@@ -296,6 +296,15 @@ TEST(SensorFaults, AFitWithoutSensorsSaysSo) {
   EXPECT_TRUE(fit_thermal(log, {}, diagnostics));
 }
 
+TEST(SensorFaults, ASensorThatFallsSilentIsTold) {
+  Log log = plain_log();
+  for (std::size_t i = 500; i < 1080; ++i) log.runs[0].temperature_degC[0][i] = std::nan("");
+  const auto faults = faults_of(log);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].text(),
+            "run 'day', sensor 'a': gap from 4990 s to 10790 s (0 readings): silent to the end of the run");
+}
+
 TEST(Resampling, AveragesFastLogsAndLeavesSlowOnes) {
   Log log;
   log.sensors = {"a"};

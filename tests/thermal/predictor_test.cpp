@@ -219,6 +219,38 @@ TEST(ThermalPredictor, JudgesTheStartOfRawReadings) {
   }
 }
 
+// A stuck sensor counts as a silent one: in a log as a whole, and in the live loop once it is known.
+TEST(ThermalPredictor, DoesWithoutAStuckSensor) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Log stuck = days.log, empty = days.log;
+  stuck.runs.resize(2);
+  empty.runs.resize(2);
+  const std::size_t front = *days.log.sensor("spindle_front");
+  auto& column = stuck.runs[1].temperature_degC[front];
+  std::fill(column.begin(), column.end(), 22.0);
+  auto& none = empty.runs[1].temperature_degC[front];
+  std::fill(none.begin(), none.end(), kNotRead);
+  const std::vector<SensorFault> faults = {
+      {stuck.runs[1].id, "spindle_front", FaultKind::stuck, 0.0, 1e9, 1, {}}};
+  const Log without = without_stuck(model, stuck, faults);
+  const auto a = predict(model, without, 1, UseMeasurements::yes);
+  const auto b = predict(model, empty, 1, UseMeasurements::yes);
+  ASSERT_TRUE(a && b);
+  for (std::size_t row = 0; row < a->time_s.size(); row += 10) {
+    EXPECT_EQ(a->channel[0][row].value_mm, b->channel[0][row].value_mm);
+    EXPECT_EQ(a->channel[0][row].sigma_mm, b->channel[0][row].sigma_mm);
+    EXPECT_TRUE(a->channel[0][row].stale);
+  }
+  Predictor live(model, Readings::raw);
+  feed(live, stuck, 1200.0, [](std::size_t, std::vector<double>&) {});
+  EXPECT_FALSE(live.estimate(0).stale);
+  Predictor later(model, Readings::raw);
+  feed(later, stuck, 7200.0, [](std::size_t, std::vector<double>&) {});
+  EXPECT_TRUE(later.estimate(0).stale);
+  EXPECT_GE(later.estimate(0).sigma_mm, model.channels[0].hold_sigma.floor_mm);
+}
+
 // A sensor that jumps is silent until it is back; one that stops flickering stands, a quiet one may.
 TEST(ThermalWatch, BelievesNoJumpAndNoStandstill) {
   SensorWatch watch({1.0, 1.0, 0.1});

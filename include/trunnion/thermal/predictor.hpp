@@ -90,6 +90,10 @@ struct RunPrediction {
 
 enum class UseMeasurements { yes, no };
 
+/// The log without what its sensors read while they were stuck: to a prediction they are silent then. A
+/// sensor that never moves is left as it is where it hardly moved in the training either.
+Log without_stuck(const ThermalModel& model, const Log& log, const std::vector<SensorFault>& faults);
+
 /// Predicts a run of a log. Measurements in the log re-anchor the model as often as it was validated for, or
 /// not at all. Fails when the log lacks a sensor, the speed or the feed that the model uses, naming it, and
 /// (check_failed) where the model gives no number, naming run and time.
