@@ -176,6 +176,8 @@ ExitCode run_predict(const ThermalOptions& options) {
     auto run = predict(*model, *log, i, options.open_loop ? UseMeasurements::no : UseMeasurements::yes);
     if (!run) return print_failure(diagnostics, run.error());
     tell_unknown_inputs(*model, *run, log->file, diagnostics);
+    for (const std::string& warning : run->warnings)
+      diagnostics.warning(log->file, {}, "run '" + run->run + "': " + warning);
     if (const auto swapped = find_swapped(*model, *log, log->runs[i])) {
       diagnostics.warning(log->file, {},
                           "run '" + run->run + "': are sensors '" + swapped->one + "' and '" +

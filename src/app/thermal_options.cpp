@@ -142,6 +142,7 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
   *log = thermal::without_stuck(*loaded, *log, faults);
   const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
   if (!prediction) return tl::unexpected(prediction.error());
+  for (const std::string& warning : prediction->warnings) diagnostics.warning(log->file, {}, warning);
   return std::optional<thermal::OffsetTable>(thermal::offsets_of(*loaded, *prediction));
 }
 

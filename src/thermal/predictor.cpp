@@ -41,6 +41,13 @@ double moved_K(const std::vector<double>& column) {
 }  // namespace
 
 struct Predictor::Channel {
+  // Whether measurements agree with what was said just before each.
+  struct Agreement {
+    RunScale agreed = {};         // of the run, as the last one left it that agreed
+    int off = 0;                  // in a row that did not
+    bool contradicted = false;    // by two in a row
+    double discrepancy_mm = 0.0;  // of the last one, once it is
+  };
   std::vector<std::size_t> sensor;  // of its features, index in sensors_
   FeatureState state;
   Follower follower;
@@ -49,6 +56,7 @@ struct Predictor::Channel {
   double anchor_s = 0.0;
   bool measured = false;  // after the reference
   RunScale scale = {};
+  Agreement agreement = {};
 };
 
 // Readings as they come.
@@ -161,6 +169,7 @@ void Predictor::settle() {
   const std::vector<Raw::Told> all = std::move(start);
   start.clear();
   make_channels();
+  warnings_.clear();
   for (const Raw::Told& told : all) {
     take(told.time_s, told.temperature_degC, told.spindle_rpm, told.feed_mm_s);
     for (const auto& [channel, value_mm] : told.measured_mm) measure(channel, value_mm);
@@ -180,15 +189,18 @@ void Predictor::measure(std::size_t index, double value_mm) {
   if (raw_ && !raw_->settled) raw_->start.back().measured_mm.emplace_back(index, value_mm);
   const bool early = time_s_ - start_s_ <= kReferenceShare * model_.measure_every_s;
   if (!channel.measured && early) {
+    tell_late_start(index, value_mm);
     channel.reference_mm = value_mm;
     if (channel.reference) channel.reference = channel.state.values();
   }
   const bool drifted = channel.measured || !early;  // else it is the zero
   if (drifted) {
     const Said said = say(index);
+    const double error_mm = value_mm - channel.reference_mm - said.value_mm;
+    const double promised_mm = sigma_mm(index, said, channel.agreement.agreed);
     if (!said.causes.held)
-      channel.scale.add((value_mm - channel.reference_mm - said.value_mm) /
-                        model_.channels[index].sigma.before_run_mm(said.causes));
+      channel.scale.add(error_mm / model_.channels[index].sigma.before_run_mm(said.causes));
+    compare(index, value_mm, error_mm, promised_mm);
   }
   channel.follower.measure(relative(channel), value_mm - channel.reference_mm, drifted);
   channel.anchor_s = time_s_;
@@ -203,6 +215,38 @@ bool Predictor::stale(const Channel& channel) const {
   return false;
 }
 
+// A log that begins on a warm machine has its zero there.
+void Predictor::tell_late_start(std::size_t index, double value_mm) {
+  constexpr double kMuch = 0.25;  // of the largest deviation of the training
+  constexpr double kFar = 4.0;    // sigmas of a measurement
+  const ChannelModel& model = model_.channels[index];
+  const bool told = channels_[index].reference_mm != 0.0;
+  const double much_mm = std::max(kMuch * model.largest_mm, kFar * model.sigma.floor_mm);
+  if (told || !(model.largest_mm > 0.0) || std::abs(value_mm) <= much_mm) return;
+  warnings_.push_back(
+      model.channel + " begins at " + fixed_text(value_mm / kMmPerUm, 1) +
+      " um: the offsets count from there, and what the machine drifted before is not in them");
+}
+
+// Sigma holds the measurement's own uncertainty: it was found by what measurements missed.
+void Predictor::compare(std::size_t index, double value_mm, double error_mm, double sigma_mm) {
+  constexpr double kFar = 4.0;
+  constexpr int kInARow = 2;  // one may be a chip under the probe
+  Channel& channel = channels_[index];
+  Channel::Agreement& agreement = channel.agreement;
+  agreement.off = std::abs(error_mm) > kFar * sigma_mm ? agreement.off + 1 : 0;
+  if (agreement.off == 0) agreement.agreed = channel.scale;
+  if (agreement.off >= kInARow && !agreement.contradicted) {
+    agreement.contradicted = true;
+    const auto um = [](double mm) { return fixed_text(mm / kMmPerUm, 1); };
+    warnings_.push_back("at " + shortest_text(time_s_) + " s " + model_.channels[index].channel +
+                        " was measured as " + um(value_mm) + " um where " + um(value_mm - error_mm) +
+                        " +/- " + um(sigma_mm) +
+                        " um was predicted: sign or unit of the measurement, or a wrong sensor?");
+  }
+  if (agreement.contradicted) agreement.discrepancy_mm = std::abs(error_mm);
+}
+
 // The age of the last measurement included.
 Said Predictor::say(std::size_t index) const {
   const Channel& channel = channels_[index];
@@ -214,8 +258,15 @@ Said Predictor::say(std::size_t index) const {
   return out;
 }
 
-Estimate Predictor::estimate(std::size_t index) const {
+double Predictor::sigma_mm(std::size_t index, const Said& said, const RunScale& scale) const {
   const ChannelModel& model = model_.channels[index];
+  double out = model.sigma.sigma_mm(said.causes, scale);
+  if (said.distance > Guard::kMargin) out *= said.distance / Guard::kMargin;
+  if (said.causes.held) out = std::max(out, model.hold_sigma.sigma_mm(said.causes, {}));
+  return out;
+}
+
+Estimate Predictor::estimate(std::size_t index) const {
   const Channel& channel = channels_[index];
   const Said said = say(index);
   Estimate out;
@@ -224,9 +275,7 @@ Estimate Predictor::estimate(std::size_t index) const {
   out.value_mm = said.value_mm;
   out.distance = said.distance;
   out.unknown_mm = said.causes.unknown_mm;
-  out.sigma_mm = model.sigma.sigma_mm(said.causes, channel.scale);
-  if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
-  if (said.causes.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_sigma.sigma_mm(said.causes, {}));
+  out.sigma_mm = std::max(sigma_mm(index, said, channel.scale), channel.agreement.discrepancy_mm);
   return out;
 }
 
@@ -302,6 +351,7 @@ Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::si
       out.channel[c].push_back(estimate);
     }
   }
+  out.warnings = predictor.warnings();
   return out;
 }
 

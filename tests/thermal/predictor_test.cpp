@@ -266,6 +266,44 @@ TEST(ThermalWatch, BelievesNoJumpAndNoStandstill) {
   }
 }
 
+// Measurements of the wrong sign are no noise: told once, and sigma is no smaller than they are off.
+TEST(ThermalPredictor, SaysWhereMeasurementsContradictIt) {
+  const SimulatedDays days = few_days();
+  ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  model.channels[0].candidate.anchor = Anchor::open;
+  Log wrong = days.log;
+  for (std::size_t row = 0; row < wrong.runs[1].rows(); ++row) {
+    double& value = wrong.runs[1].channel_mm[*wrong.channel("dx")][row];
+    if (!std::isnan(value)) value = -value;
+  }
+  const auto good = predict(model, days.log, 1, UseMeasurements::yes);
+  const auto bad = predict(model, wrong, 1, UseMeasurements::yes);
+  ASSERT_TRUE(good && bad);
+  EXPECT_TRUE(good->warnings.empty()) << good->warnings.front();
+  ASSERT_EQ(bad->warnings.size(), 1U);
+  EXPECT_NE(bad->warnings[0].find(" um was predicted: sign or unit of the measurement, or a wrong sensor?"),
+            std::string::npos);
+  const double told_s = std::stod(bad->warnings[0].substr(3));
+  for (std::size_t row = 0; row < bad->time_s.size(); ++row) {
+    EXPECT_EQ(bad->channel[0][row].value_mm, good->channel[0][row].value_mm);
+    if (bad->time_s[row] < told_s) continue;
+    EXPECT_GT(bad->channel[0][row].sigma_mm, std::abs(days.drift_mm[1][row].x())) << bad->time_s[row];
+  }
+}
+
+TEST(ThermalPredictor, SaysThatALogBeginsOnAWarmMachine) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Log late = days.log;
+  auto& column = late.runs[1].channel_mm[*late.channel("dx")];
+  for (double& value : column) value += 0.05;
+  column[0] = 0.05;
+  const auto prediction = predict(model, late, 1, UseMeasurements::yes);
+  ASSERT_TRUE(prediction);
+  ASSERT_EQ(prediction->warnings.size(), 1U);
+  EXPECT_NE(prediction->warnings[0].find(" um: the offsets count from there"), std::string::npos);
+}
+
 // An empty speed is unknown, not 0: the model that lags it widens at once and holds the last measurement
 // when it knows too little; a model of temperatures alone does not care.
 TEST(ThermalPredictor, WidensWhileTheSpeedItNeedsIsUnknown) {

@@ -60,6 +60,10 @@ class Predictor {
   /// a reading.
   void measure(std::size_t channel, double value_mm);
   Estimate estimate(std::size_t channel) const;
+  /// A sentence for each channel of which two measurements in a row were beyond 4 sigma of what was said just
+  /// before them (from there on its sigma is at least the discrepancy of the last one; its value stays), and
+  /// for each whose first measurement, the zero, is far from zero.
+  const std::vector<std::string>& warnings() const { return warnings_; }
   bool started() const { return started_; }
   double time_s() const { return time_s_; }
 
@@ -72,10 +76,14 @@ class Predictor {
   bool stale(const Channel& channel) const;
   FeatureVector relative(const Channel& channel) const;
   Said say(std::size_t channel) const;
+  double sigma_mm(std::size_t channel, const Said& said, const RunScale& scale) const;
+  void tell_late_start(std::size_t channel, double value_mm);
+  void compare(std::size_t channel, double value_mm, double error_mm, double sigma_mm);
   ThermalModel model_;
   std::unique_ptr<Raw> raw_;  // null for judged readings
   std::vector<std::string> sensors_;
   std::vector<Channel> channels_;
+  std::vector<std::string> warnings_;
   double start_s_ = 0.0;
   double time_s_ = 0.0;
   bool started_ = false;
@@ -86,6 +94,7 @@ struct RunPrediction {
   std::string run;
   std::vector<double> time_s;
   std::vector<std::vector<Estimate>> channel;  // [channel][row]
+  std::vector<std::string> warnings;           // Predictor::warnings
 };
 
 enum class UseMeasurements { yes, no };
