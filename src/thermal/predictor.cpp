@@ -262,6 +262,10 @@ double Predictor::sigma_mm(std::size_t index, const Said& said, const RunScale& 
   const ChannelModel& model = model_.channels[index];
   double out = model.sigma.sigma_mm(said.causes, scale);
   if (said.distance > Guard::kMargin) out *= said.distance / Guard::kMargin;
+  // The uncertainty of the model grows with what it sees, without an end; the machine's deviation does not.
+  const double hold_mm = model.hold_sigma.sigma_mm({.age_s = said.causes.age_s}, {});
+  if (model.largest_mm > 0.0)
+    out = std::min(out, std::max(hold_mm, model.largest_mm + std::abs(said.value_mm)));
   if (said.causes.held) out = std::max(out, model.hold_sigma.sigma_mm(said.causes, {}));
   return out;
 }

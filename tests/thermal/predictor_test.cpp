@@ -304,6 +304,23 @@ TEST(ThermalPredictor, SaysThatALogBeginsOnAWarmMachine) {
   EXPECT_NE(prediction->warnings[0].find(" um: the offsets count from there"), std::string::npos);
 }
 
+// However far outside of its training, a model knows no less than who holds the last measurement.
+TEST(ThermalPredictor, SigmaEndsAtWhatTheMachineMayDo) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Predictor predictor(model);
+  const std::size_t n = predictor.sensors().size();
+  ASSERT_TRUE(predictor.read(0.0, std::vector<double>(n, 20.0), 0.0, 0.0));
+  std::vector<double> strange(n, 20.0);
+  for (std::size_t i = 0; i < n; ++i) strange[i] = i % 2 == 0 ? 120.0 : -20.0;
+  ASSERT_TRUE(predictor.read(1800.0, strange, 0.0, 0.0));
+  const Estimate estimate = predictor.estimate(0);
+  EXPECT_TRUE(estimate.outside_training());
+  const double hold_mm = model.channels[0].hold_sigma.sigma_mm({.age_s = 1800.0}, {});
+  EXPECT_LE(estimate.sigma_mm, std::max(hold_mm, model.channels[0].largest_mm + std::abs(estimate.value_mm)));
+  EXPECT_GE(estimate.sigma_mm, hold_mm);
+}
+
 // An empty speed is unknown, not 0: the model that lags it widens at once and holds the last measurement
 // when it knows too little; a model of temperatures alone does not care.
 TEST(ThermalPredictor, WidensWhileTheSpeedItNeedsIsUnknown) {
