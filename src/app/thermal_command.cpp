@@ -57,12 +57,9 @@ Result<Prepared> prepare_for_fit(const ThermalOptions& options, Diagnostics& dia
     if (name != "all" && !out.log.sensor(name))
       return fail(ErrorCode::wrong_use, "--keep-sensors: the log has no sensor '" + name + "'", out.log.file);
   }
-  const auto left_out = judge_sensors(out.log, out.faults, options.keep);
-  for (const LeftOut& l : left_out)
-    diagnostics.warning(
-        l.file, {},
-        "sensor '" + l.sensor + "' is left out (--keep-sensors " + l.sensor + " keeps it): " + l.why);
-  out.log = without_sensors(out.log, left_out);
+  auto usable = usable_for_fit(out.log, out.faults, options.keep, diagnostics);
+  if (!usable) return tl::unexpected(usable.error());
+  out.log = std::move(*usable);
   return out;
 }
 
@@ -153,8 +150,9 @@ ExitCode run_predict(const ThermalOptions& options) {
   if (const auto said = check_axes(*model, options.model); !said) return print_error(said.error());
   if (options.measure_every_min) model->measure_every_s = *options.measure_every_min * kSecondsPerMinute;
   std::vector<SensorFault> faults;
-  const auto log = load_conditioned_logs(options.logs, diagnostics, faults);
+  auto log = load_conditioned_logs(options.logs, diagnostics, faults);
   if (!log) return print_failure(diagnostics, log.error());
+  *log = without_stuck(*model, *log, faults);
   std::vector<RunPrediction> runs;
   for (std::size_t i = 0; i < log->runs.size(); ++i) {
     if (!options.run.empty() && log->runs[i].id != options.run) continue;

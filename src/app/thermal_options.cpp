@@ -56,8 +56,8 @@ Result<thermal::ThermalModel> offset_model(const std::string& path, Diagnostics&
   return model;
 }
 
-Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics) {
-  std::vector<thermal::SensorFault> faults;
+Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnostics,
+                                 std::vector<thermal::SensorFault>& faults) {
   auto log = thermal::load_conditioned_logs({path}, diagnostics, faults);
   if (!log) return log;
   if (log->runs.size() != 1) {
@@ -92,7 +92,8 @@ Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
     out.history.temperature_K = {std::vector<double>(sensors, 0.0), {rise.begin(), rise.end()}};
     return std::optional<post::RunTimeDrift>(std::move(out));
   }
-  auto log = one_run_log(temperatures, diagnostics);
+  std::vector<thermal::SensorFault> faults;
+  auto log = one_run_log(temperatures, diagnostics, faults);
   if (!log) return tl::unexpected(log.error());
   for (const std::string& sensor : out.sensors) {
     if (!log->sensor(sensor))
@@ -136,8 +137,10 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
   if (temperatures.empty()) return fail(ErrorCode::wrong_use, "--thermal needs --temperatures LOG.csv");
   const auto loaded = offset_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
-  auto log = one_run_log(temperatures, diagnostics);
+  std::vector<thermal::SensorFault> faults;
+  auto log = one_run_log(temperatures, diagnostics, faults);
   if (!log) return tl::unexpected(log.error());
+  *log = thermal::without_stuck(*loaded, *log, faults);
   const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
   if (!prediction) return tl::unexpected(prediction.error());
   warn_of_prediction(*loaded, *log, log->runs.front(), *prediction, diagnostics);
@@ -160,7 +163,8 @@ Result<std::optional<Model>> PostCliOptions::load_errors(
   std::optional<thermal::Log> log;
   EffectContext context;
   if (history != nullptr && !temperatures.empty() && !no_thermal) {
-    auto read = one_run_log(temperatures, diagnostics);
+    std::vector<thermal::SensorFault> faults;
+    auto read = one_run_log(temperatures, diagnostics, faults);
     if (!read) return tl::unexpected(read.error());
     log = std::move(*read);
     context.names.temperatures = log->sensors;

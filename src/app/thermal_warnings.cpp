@@ -32,6 +32,8 @@ void tell_unknown_inputs(const ThermalModel& model, const RunPrediction& run, co
 void warn_of_prediction(const ThermalModel& model, const Log& log, const LogRun& run,
                         const RunPrediction& prediction, Diagnostics& diagnostics) {
   tell_unknown_inputs(model, prediction, log.file, diagnostics);
+  for (const std::string& warning : prediction.warnings)
+    diagnostics.warning(log.file, {}, "run '" + run.id + "': " + warning);
   if (const auto swapped = find_swapped(model, log, run)) {
     diagnostics.warning(log.file, {},
                         "run '" + run.id + "': are sensors '" + swapped->one + "' and '" + swapped->other +

@@ -9,6 +9,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/thermal/features.hpp"
 
+#include "thermal/start.hpp"
 #include "thermal/stuck.hpp"
 
 namespace trunnion::thermal {
@@ -33,6 +34,7 @@ class Checker {
   std::vector<double> check() {
     std::vector<double> column = run_->temperature_degC[sensor_];
     take_out_of_range(column);
+    take_wrong_start(column);
     take_jumps(column);
     report_gaps(column);
     return column;
@@ -56,25 +58,54 @@ class Checker {
     if (count > 0) report(FaultKind::out_of_range, first, last, count);
   }
 
-  bool jumps(const std::vector<double>& column, std::size_t a, std::size_t b) const {
-    constexpr double kSlow_s = 60.0;
-    return time(b) - time(a) <= kSlow_s && std::abs(column[b] - column[a]) > limits_->max_jump_K;
+  static constexpr double kSlow_s = 60.0;
+  static constexpr std::size_t kSpike = 5;  // readings
+
+  // The rises of the run count from its first reading: that one is judged by those behind it.
+  void take_wrong_start(std::vector<double>& column) {
+    const auto rows = readings_of(column);
+    std::vector<TimedReading> start;
+    for (const std::size_t row : rows) {
+      if (time(row) - time(rows.front()) > kStartAtMost_s) break;
+      start.push_back({time(row), column[row]});
+    }
+    if (const std::size_t count = start_of(start); count > 0) start.resize(count);
+    take_out_first(column, rows, wrong_at_start(start));
+  }
+
+  void take_out_first(std::vector<double>& column, const std::vector<std::size_t>& rows, std::size_t count) {
+    if (count == 0) return;
+    report(FaultKind::spike, rows.front(), rows[count - 1], count);
+    for (std::size_t i = 0; i < count; ++i) column[rows[i]] = kNotRead;
+  }
+
+  bool apart(const std::vector<double>& column, std::size_t a, std::size_t b, double within_s) const {
+    return time(b) - time(a) <= within_s && std::abs(column[b] - column[a]) > limits_->max_jump_K;
   }
 
   // A reading that leaves and comes back is a spike; one that stays away is a jump, and nothing after it can
-  // be believed.
+  // be believed. Where more comes after it than before, at the very start of the run, it is what was before
+  // that cannot be.
   void take_jumps(std::vector<double>& column) {
     const auto rows = readings_of(column);
+    // So long no structure moves by as much as a jump and stands again.
+    constexpr double kAway_s = static_cast<double>(kSpike + 1) * kSlow_s;
     std::size_t good = 0;  // index into rows of the last good reading
     for (std::size_t k = 1; k < rows.size(); ++k) {
-      if (!jumps(column, rows[good], rows[k])) {
+      if (!apart(column, rows[good], rows[k], kSlow_s)) {
         good = k;
         continue;
       }
-      constexpr std::size_t kSpike = 5;  // readings
       std::size_t back = k + 1;
-      while (back < rows.size() && back <= k + kSpike && jumps(column, rows[good], rows[back])) ++back;
+      while (back < rows.size() && back <= k + kSpike && apart(column, rows[good], rows[back], kAway_s))
+        ++back;
       const bool spike = back < rows.size() && back <= k + kSpike;
+      const bool at_start = time(rows[k]) - time(rows.front()) <= kStartAtMost_s && 2 * k < rows.size();
+      if (!spike && at_start) {
+        take_out_first(column, rows, k);
+        good = k;
+        continue;
+      }
       const std::size_t end = spike ? back : rows.size();
       report(spike ? FaultKind::spike : FaultKind::jump, rows[k], rows[end - 1], end - k);
       for (std::size_t i = k; i < end; ++i) column[rows[i]] = kNotRead;
@@ -103,6 +134,13 @@ class Checker {
     for (std::size_t k = 1; k < rows.size(); ++k) {
       if (time(rows[k]) - time(rows[k - 1]) > longest) report(FaultKind::gap, rows[k - 1], rows[k], 0);
     }
+    // What was taken out was told.
+    const auto& raw = run_->temperature_degC[sensor_];
+    const bool silent = rows.back() == readings_of(raw).back();
+    if (silent && time(raw.size() - 1) - time(rows.back()) > longest) {
+      report(FaultKind::gap, rows.back(), raw.size() - 1, 0);
+      faults_->back().why = "silent to the end of the run";
+    }
   }
 
   const LogRun* run_;
@@ -129,10 +167,6 @@ std::vector<double> means(const std::vector<double>& column, const std::vector<s
   return out;
 }
 
-std::string file_of(const LogRun& run, std::size_t sensor, const Log& log) {
-  return sensor < run.sensor_file.size() ? run.sensor_file[sensor] : log.file;
-}
-
 // One line for each run whose spindle speed is not known for a while.
 void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnostics) {
   double unknown_s = 0.0;
@@ -153,6 +187,16 @@ void tell_unknown_speed(const Log& log, const LogRun& run, Diagnostics& diagnost
                           fixed_text(unknown_s / kSecondsPerMinute, 0) + " of " +
                           fixed_text((run.time_s.back() - run.time_s.front()) / kSecondsPerMinute, 0) +
                           " min: unknown there, not 0");
+}
+
+// What a sensor may have been read in that begins the day at so many "degrees Celsius".
+std::string question_of_unit(double degC) {
+  // A workshop of 10 to 43 degC in degrees Fahrenheit, and of -23 to 57 degC in kelvin.
+  constexpr double kMostFahrenheit = 110.0;
+  constexpr double kLeastKelvin = 250.0, kMostKelvin = 330.0;
+  if (degC <= kMostFahrenheit) return "are these degrees Fahrenheit?";
+  if (degC >= kLeastKelvin && degC <= kMostKelvin) return "are these kelvin?";
+  return "in which unit are these?";
 }
 
 // Units that no workshop has: a line for each run that looks like degrees Fahrenheit or minutes.
@@ -177,7 +221,7 @@ void tell_doubtful_units(const Log& log, const LogRun& run, Diagnostics& diagnos
   if (std::isfinite(coldest_degC) && coldest_degC > kWarmShop_degC)
     diagnostics.warning(log.file, {},
                         "run '" + run.id + "': the coldest sensor begins at " + fixed_text(coldest_degC, 1) +
-                            " degC: are these degrees Fahrenheit?");
+                            " degC: " + question_of_unit(coldest_degC));
   const double lasts_s = run.rows() > 0 ? run.time_s.back() - run.time_s.front() : 0.0;
   if (run.rows() >= kManyRows && lasts_s < kShort_s && fast >= 2)
     diagnostics.warning(log.file, {},
@@ -233,48 +277,6 @@ Log resampled(const Log& log, double step_s) {
   return out;
 }
 
-std::vector<LeftOut> judge_sensors(const Log& log, const std::vector<SensorFault>& faults,
-                                   const std::vector<std::string>& keep) {
-  constexpr double kFewOutOfRange = 0.05;
-  const auto kept = [&](const std::string& name) {
-    return std::any_of(keep.begin(), keep.end(),
-                       [&](const std::string& k) { return k == name || k == "all"; });
-  };
-  std::vector<LeftOut> out;
-  for (std::size_t s = 0; s < log.sensors.size(); ++s) {
-    if (kept(log.sensors[s])) continue;
-    for (const SensorFault& fault : faults) {
-      if (fault.sensor != log.sensors[s]) continue;
-      const auto run =
-          std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
-      const auto good = static_cast<double>(readings_of(run->temperature_degC[s]).size());
-      const auto bad = static_cast<double>(fault.readings);
-      const bool spoils = fault.kind == FaultKind::stuck || fault.kind == FaultKind::jump ||
-                          (fault.kind == FaultKind::out_of_range && bad > kFewOutOfRange * (good + bad)) ||
-                          (fault.kind == FaultKind::gap && good == 0.0);
-      if (!spoils) continue;
-      out.push_back({log.sensors[s], file_of(*run, s, log), fault.text()});
-      break;
-    }
-  }
-  return out;
-}
-
-Log without_sensors(const Log& log, const std::vector<LeftOut>& left_out) {
-  Log out = log;
-  for (std::size_t s = log.sensors.size(); s-- > 0;) {
-    const auto named = [&](const LeftOut& l) { return l.sensor == log.sensors[s]; };
-    if (std::none_of(left_out.begin(), left_out.end(), named)) continue;
-    const auto at = static_cast<std::ptrdiff_t>(s);
-    out.sensors.erase(out.sensors.begin() + at);
-    for (LogRun& run : out.runs) {
-      run.temperature_degC.erase(run.temperature_degC.begin() + at);
-      if (!run.sensor_file.empty()) run.sensor_file.erase(run.sensor_file.begin() + at);
-    }
-  }
-  return out;
-}
-
 void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnostics& diagnostics) {
   struct Told {
     const SensorFault* first;
@@ -286,7 +288,7 @@ void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnos
   for (const SensorFault& fault : faults) {
     const auto run =
         std::find_if(log.runs.begin(), log.runs.end(), [&](const LogRun& r) { return r.id == fault.run; });
-    const std::string file = file_of(*run, *log.sensor(fault.sensor), log);
+    const std::string file = sensor_file(*run, *log.sensor(fault.sensor), log);
     auto line = std::find_if(lines.begin(), lines.end(), [&](const Told& t) {
       return t.first->sensor == fault.sensor && t.first->kind == fault.kind && t.file == file;
     });

@@ -333,6 +333,10 @@ std::optional<std::size_t> Log::channel(std::string_view name) const {
   return it == channels.end() ? std::nullopt : std::optional<std::size_t>(it - channels.begin());
 }
 
+std::string sensor_file(const LogRun& run, std::size_t sensor, const Log& log) {
+  return sensor < run.sensor_file.size() ? run.sensor_file[sensor] : log.file;
+}
+
 Result<Log> parse_log(std::string_view text, const std::string& file, Diagnostics& diagnostics) {
   Diagnostics own;
   LogReader reader(text, file, own);

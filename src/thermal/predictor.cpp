@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -12,6 +14,8 @@
 
 #include "thermal/bench.hpp"
 #include "thermal/follower.hpp"
+#include "thermal/start.hpp"
+#include "thermal/watch.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -22,9 +26,28 @@ using Eigen::VectorXd;
 // validation.
 constexpr double kReferenceShare = 0.1;
 
+// Between the least and the most that was read; means of equal readings are equal but for their rounding.
+double moved_K(const std::vector<double>& column) {
+  constexpr double kRounding_K = 1e-6;
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const double value : column) {
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  return most - least > kRounding_K ? most - least : 0.0;
+}
+
 }  // namespace
 
 struct Predictor::Channel {
+  // Whether measurements agree with what was said just before each.
+  struct Agreement {
+    RunScale agreed = {};         // of the run, as the last one left it that agreed
+    int off = 0;                  // in a row that did not
+    bool contradicted = false;    // by two in a row
+    double discrepancy_mm = 0.0;  // of the last one, once it is
+  };
   std::vector<std::size_t> sensor;  // of its features, index in sensors_
   FeatureState state;
   Follower follower;
@@ -33,9 +56,30 @@ struct Predictor::Channel {
   double anchor_s = 0.0;
   bool measured = false;  // after the reference
   RunScale scale = {};
+  Agreement agreement = {};
 };
 
-Predictor::Predictor(ThermalModel model) : model_(std::move(model)) {
+// Readings as they come.
+struct Predictor::Raw {
+  struct Told {
+    double time_s = 0.0;
+    std::vector<double> temperature_degC;
+    double spindle_rpm = 0.0, feed_mm_s = 0.0;
+    std::vector<std::pair<std::size_t, double>> measured_mm;  // after it
+  };
+  SensorWatch watch;
+  bool settled = false;
+  std::vector<Told> start = {};  // until it is settled
+};
+
+Predictor::Predictor(ThermalModel model, Readings readings) : model_(std::move(model)) {
+  make_channels();
+  if (readings == Readings::raw)
+    raw_ = std::make_unique<Raw>(Raw{SensorWatch(usual_moves_K(model_, sensors_))});
+}
+
+void Predictor::make_channels() {
+  channels_.clear();
   for (const ChannelModel& channel : model_.channels) {
     Channel out{{},
                 FeatureState(channel.features),
@@ -61,12 +105,28 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
                                             " s is before the last reading at " + shortest_text(time_s_) +
                                             " s");
   }
+  if (!raw_ || raw_->settled) {
+    take(time_s, temperature_degC, spindle_rpm, feed_mm_s);
+    return {};
+  }
+  if (raw_->start.empty()) start_s_ = time_s;
+  raw_->start.push_back(
+      {time_s, {temperature_degC.begin(), temperature_degC.end()}, spindle_rpm, feed_mm_s, {}});
+  time_s_ = time_s;
+  started_ = true;
+  settle();
+  return {};
+}
+
+void Predictor::take(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
+                     double feed_mm_s) {
   if (!started_) start_s_ = time_s;
   time_s_ = time_s;
-  for (std::size_t c = 0; c < channels_.size(); ++c) {
-    Channel& channel = channels_[c];
+  std::vector<double> degC(temperature_degC.begin(), temperature_degC.end());
+  if (raw_) degC = raw_->watch.believed(time_s, degC);
+  for (Channel& channel : channels_) {
     std::vector<double> own;
-    for (const std::size_t s : channel.sensor) own.push_back(temperature_degC[s]);
+    for (const std::size_t s : channel.sensor) own.push_back(degC[s]);
     channel.state.step(
         {.time_s = time_s, .temperature_degC = own, .spindle_rpm = spindle_rpm, .feed_mm_s = feed_mm_s});
     if (channel.reference) continue;
@@ -78,7 +138,42 @@ Result<void> Predictor::read(double time_s, std::span<const double> temperature_
     channel.anchor_s = time_s;
   }
   started_ = true;
-  return {};
+}
+
+// Once the start can be judged, the run is followed from its beginning without what was wrong there.
+void Predictor::settle() {
+  auto& start = raw_->start;
+  // Of a client that sends more within the start the rest is believed.
+  constexpr std::size_t kMostKept = 2000;
+  bool over = time_s_ - start_s_ > kStartAtMost_s || start.size() >= kMostKept;
+  std::vector<std::vector<TimedReading>> readings(sensors_.size());
+  for (const Raw::Told& told : start) {
+    for (std::size_t s = 0; s < sensors_.size(); ++s) {
+      if (!std::isnan(told.temperature_degC[s]))
+        readings[s].push_back({told.time_s, told.temperature_degC[s]});
+    }
+  }
+  over = over || std::all_of(readings.begin(), readings.end(), [](const auto& r) { return start_of(r) > 0; });
+  if (!over) return;
+  for (std::size_t s = 0; s < sensors_.size(); ++s) {
+    if (const std::size_t count = start_of(readings[s]); count > 0) readings[s].resize(count);
+    std::size_t wrong = wrong_at_start(readings[s]);
+    for (auto told = start.begin(); told != start.end() && wrong > 0; ++told) {
+      if (std::isnan(told->temperature_degC[s])) continue;
+      told->temperature_degC[s] = kNotRead;
+      --wrong;
+    }
+  }
+  raw_->settled = true;
+  started_ = false;
+  const std::vector<Raw::Told> all = std::move(start);
+  start.clear();
+  make_channels();
+  warnings_.clear();
+  for (const Raw::Told& told : all) {
+    take(told.time_s, told.temperature_degC, told.spindle_rpm, told.feed_mm_s);
+    for (const auto& [channel, value_mm] : told.measured_mm) measure(channel, value_mm);
+  }
 }
 
 FeatureVector Predictor::relative(const Channel& channel) const {
@@ -91,48 +186,119 @@ FeatureVector Predictor::relative(const Channel& channel) const {
 void Predictor::measure(std::size_t index, double value_mm) {
   TRUNNION_EXPECTS(started_ && index < channels_.size());
   Channel& channel = channels_[index];
+  if (raw_ && !raw_->settled) raw_->start.back().measured_mm.emplace_back(index, value_mm);
   const bool early = time_s_ - start_s_ <= kReferenceShare * model_.measure_every_s;
   if (!channel.measured && early) {
+    tell_late_start(index, value_mm);
     channel.reference_mm = value_mm;
     if (channel.reference) channel.reference = channel.state.values();
   }
   const bool drifted = channel.measured || !early;  // else it is the zero
   if (drifted) {
     const Said said = say(index);
+    const double error_mm = value_mm - channel.reference_mm - said.value_mm;
+    const double promised_mm = sigma_mm(index, said, channel.agreement.agreed);
     if (!said.causes.held)
-      channel.scale.add((value_mm - channel.reference_mm - said.value_mm) /
-                        model_.channels[index].sigma.before_run_mm(said.causes));
+      channel.scale.add(error_mm / model_.channels[index].sigma.before_run_mm(said.causes));
+    compare(index, value_mm, error_mm, promised_mm);
   }
   channel.follower.measure(relative(channel), value_mm - channel.reference_mm, drifted);
   channel.anchor_s = time_s_;
   channel.measured = drifted;
 }
 
+bool Predictor::stale(const Channel& channel) const {
+  if (raw_ && !raw_->settled) return false;
+  for (std::size_t s = 0; s < channel.sensor.size(); ++s) {
+    if (channel.state.age_s(s) > kStale_s || (raw_ && raw_->watch.stuck(channel.sensor[s]))) return true;
+  }
+  return false;
+}
+
+// A log that begins on a warm machine has its zero there.
+void Predictor::tell_late_start(std::size_t index, double value_mm) {
+  constexpr double kMuch = 0.25;  // of the largest deviation of the training
+  constexpr double kFar = 4.0;    // sigmas of a measurement
+  const ChannelModel& model = model_.channels[index];
+  const bool told = channels_[index].reference_mm != 0.0;
+  const double much_mm = std::max(kMuch * model.largest_mm, kFar * model.sigma.floor_mm);
+  if (told || !(model.largest_mm > 0.0) || std::abs(value_mm) <= much_mm) return;
+  warnings_.push_back(
+      model.channel + " begins at " + fixed_text(value_mm / kMmPerUm, 1) +
+      " um: the offsets count from there, and what the machine drifted before is not in them");
+}
+
+// Sigma holds the measurement's own uncertainty: it was found by what measurements missed.
+void Predictor::compare(std::size_t index, double value_mm, double error_mm, double sigma_mm) {
+  constexpr double kFar = 4.0;
+  constexpr int kInARow = 2;  // one may be a chip under the probe
+  Channel& channel = channels_[index];
+  Channel::Agreement& agreement = channel.agreement;
+  agreement.off = std::abs(error_mm) > kFar * sigma_mm ? agreement.off + 1 : 0;
+  if (agreement.off == 0) agreement.agreed = channel.scale;
+  if (agreement.off >= kInARow && !agreement.contradicted) {
+    agreement.contradicted = true;
+    const auto um = [](double mm) { return fixed_text(mm / kMmPerUm, 1); };
+    warnings_.push_back("at " + shortest_text(time_s_) + " s " + model_.channels[index].channel +
+                        " was measured as " + um(value_mm) + " um where " + um(value_mm - error_mm) +
+                        " +/- " + um(sigma_mm) +
+                        " um was predicted: sign or unit of the measurement, or a wrong sensor?");
+  }
+  if (agreement.contradicted) agreement.discrepancy_mm = std::abs(error_mm);
+}
+
 // The age of the last measurement included.
 Said Predictor::say(std::size_t index) const {
   const Channel& channel = channels_[index];
-  bool stale = false;
-  for (std::size_t s = 0; s < channel.sensor.size(); ++s) stale = stale || channel.state.age_s(s) > kStale_s;
-  // Without its sensors every model falls back on the last measurement.
-  Said out = channel.follower.say(relative(channel), stale);
-  out.causes.age_s = time_s_ - channel.anchor_s;
+  // Without its sensors, and before their rises count from something, every model falls back on the last
+  // measurement.
+  const bool hold = stale(channel) || (raw_ && !raw_->settled);
+  Said out = channel.follower.say(relative(channel), hold);
+  out.causes.age_s = time_s_ - std::max(channel.anchor_s, start_s_);
+  return out;
+}
+
+double Predictor::sigma_mm(std::size_t index, const Said& said, const RunScale& scale) const {
+  const ChannelModel& model = model_.channels[index];
+  double out = model.sigma.sigma_mm(said.causes, scale);
+  if (said.distance > Guard::kMargin) out *= said.distance / Guard::kMargin;
+  // The uncertainty of the model grows with what it sees, without an end; the machine's deviation does not.
+  const double hold_mm = model.hold_sigma.sigma_mm({.age_s = said.causes.age_s}, {});
+  if (model.largest_mm > 0.0)
+    out = std::min(out, std::max(hold_mm, model.largest_mm + std::abs(said.value_mm)));
+  if (said.causes.held) out = std::max(out, model.hold_sigma.sigma_mm(said.causes, {}));
   return out;
 }
 
 Estimate Predictor::estimate(std::size_t index) const {
-  const ChannelModel& model = model_.channels[index];
   const Channel& channel = channels_[index];
   const Said said = say(index);
   Estimate out;
   out.since_measured_s = said.causes.age_s;
-  for (std::size_t s = 0; s < channel.sensor.size(); ++s)
-    out.stale = out.stale || channel.state.age_s(s) > kStale_s;
+  out.stale = stale(channel);
   out.value_mm = said.value_mm;
   out.distance = said.distance;
   out.unknown_mm = said.causes.unknown_mm;
-  out.sigma_mm = model.sigma.sigma_mm(said.causes, channel.scale);
-  if (out.outside_training()) out.sigma_mm *= out.distance / Guard::kMargin;
-  if (said.causes.held) out.sigma_mm = std::max(out.sigma_mm, model.hold_sigma.sigma_mm(said.causes, {}));
+  out.sigma_mm = std::max(sigma_mm(index, said, channel.scale), channel.agreement.discrepancy_mm);
+  return out;
+}
+
+Log without_stuck(const ThermalModel& model, const Log& log, const std::vector<SensorFault>& faults) {
+  Log out = log;
+  const std::vector<double> usual_K = usual_moves_K(model, log.sensors);
+  for (const SensorFault& fault : faults) {
+    const auto sensor = log.sensor(fault.sensor);
+    if (fault.kind != FaultKind::stuck || !sensor) continue;
+    for (LogRun& run : out.runs) {
+      auto& column = run.temperature_degC[*sensor];
+      if (run.id != fault.run) continue;
+      const bool moves = moved_K(column) > 0.0;
+      if (!moves && usual_K[*sensor] < SensorLimits{}.stuck_least_K) continue;
+      for (std::size_t row = 0; row < run.rows(); ++row) {
+        if (run.time_s[row] >= fault.from_s && run.time_s[row] <= fault.to_s) column[row] = kNotRead;
+      }
+    }
+  }
   return out;
 }
 
@@ -189,6 +355,7 @@ Result<RunPrediction> predict(const ThermalModel& model, const Log& log, std::si
       out.channel[c].push_back(estimate);
     }
   }
+  out.warnings = predictor.warnings();
   return out;
 }
 

@@ -171,7 +171,8 @@ ChannelScreen screen_channel(const Log& log, std::size_t channel, double measure
 Result<std::vector<ChannelScreen>> screen(const Log& log, const std::vector<std::string>& targets,
                                           double measure_every_s) {
   if (log.sensors.empty())
-    return fail(ErrorCode::wrong_input, "the log has no temperature (T_<name>_degC)", log.file);
+    return fail(ErrorCode::wrong_input,
+                "the log has no temperature (T_<name>_degC), or none that can be used", log.file);
   std::vector<ChannelScreen> out;
   for (const std::string& target : targets.empty() ? log.channels : targets) {
     const auto channel = log.channel(target);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
 #include "thermal/bench.hpp"
@@ -250,6 +251,7 @@ std::vector<Candidate> candidates(const Log& log, const FitOptions& options) {
   methods.insert(methods.end(), {Method::gp, Method::mean});
   for (const Method method : methods) {
     if (options.method && *options.method != method) continue;
+    if (features_of(method, log).size() == 0) continue;  // no sensor is left
     for (const Anchor anchor : {Anchor::open, Anchor::bias, Anchor::filter, Anchor::update})
       out.push_back({method, anchor});
   }
@@ -260,6 +262,44 @@ struct Validated {
   ChannelReport report;
   std::vector<Tried> tried;
 };
+
+// A run that the others do not explain spoils the model, and its own data are the first thing to look at.
+void tell_doubtful_runs(const HeldOutRuns& held, const std::vector<std::vector<double>>& sigma_mm,
+                        ChannelReport& report) {
+  constexpr double kDoubtful = 0.5;
+  // Four of six readings of a good run may lie a little beyond 2 sigma: of those that are missed most are far
+  // off, or nearly all are missed.
+  constexpr double kFar = 3.0;
+  constexpr double kNearlyNone = 0.25;
+  for (std::size_t r = 0; r < report.coverage.size(); ++r) {
+    std::vector<double> in_sigmas;
+    for (std::size_t i = 0; i < held[r].size(); ++i) {
+      if (!held[r][i].causes.held) in_sigmas.push_back(std::abs(held[r][i].error_mm) / sigma_mm[r][i]);
+    }
+    if (!(report.coverage[r] < kDoubtful)) continue;
+    if (report.coverage[r] >= kNearlyNone && quantile(in_sigmas, 0.5) < kFar) continue;
+    report.warnings.push_back("run '" + report.runs[r] + "': " + fixed_text(100.0 * report.coverage[r], 0) +
+                              " % of its readings are within the interval that the other runs promise: sign, "
+                              "unit or exchanged sensors?");
+  }
+}
+
+// Takes doing nothing or holding the last measurement where the choice, held out, is worse than it.
+bool fall_back(ChannelReport& report) {
+  if (!report.nested) return false;
+  const Score* none = report.score("none");
+  const Score* hold = report.score("hold_last");
+  const Score& better = none->rmse_mm < hold->rmse_mm ? *none : *hold;
+  if (report.nested->rmse_mm <= better.rmse_mm) return false;
+  const auto um = [](double mm) { return fixed_text(mm / kMmPerUm, 2) + " um"; };
+  report.warnings.push_back(
+      "no method helps: the best one, chosen without the run that it predicts, misses it by " +
+      um(report.nested->rmse_mm) + ", " + better.name + " by " + um(better.rmse_mm) + ": " + better.name +
+      " is taken");
+  report.chosen = better.name;
+  report.nested.reset();
+  return true;
+}
 
 // Of so many channels, for the progress that is shown.
 Result<Validated> validate_channel(ChannelBench& bench, const std::string& channel, const Log& log,
@@ -306,10 +346,19 @@ Result<Validated> validate_channel(ChannelBench& bench, const std::string& chann
     }
     out.nested = score_of("auto (nested)", errors, bench, options.window_s);
   }
-  const HeldOutRuns held = held_out_runs(bench, by_run);
-  out.sigma = fit_sigma(held);
-  const auto sigma_mm = held_out_sigmas(held);
+  for (const BenchRun& run : bench.runs()) out.runs.push_back(log.runs[run.log_run].id);
+  HeldOutRuns held = held_out_runs(bench, by_run);
+  auto sigma_mm = held_out_sigmas(held);
   out.coverage = coverage_of(held, sigma_mm);
+  tell_doubtful_runs(held, sigma_mm, out);
+  if (fall_back(out)) {
+    const auto baseline = std::find_if(tried.begin(), tried.end(),
+                                       [&](const Tried& t) { return t.candidate.name() == out.chosen; });
+    held = held_out_runs(bench, std::vector<Candidate>(bench.runs().size(), baseline->candidate));
+    sigma_mm = held_out_sigmas(held);
+    out.coverage = coverage_of(held, sigma_mm);
+  }
+  out.sigma = fit_sigma(held);
   for (std::size_t r = 0; r < held.size(); ++r) {
     const std::vector<double> none(held[r].size(), std::nan(""));
     out.tracks.push_back(
@@ -317,7 +366,6 @@ Result<Validated> validate_channel(ChannelBench& bench, const std::string& chann
   }
   out.hold_sigma = fit_sigma(
       held_out_runs(bench, std::vector<Candidate>(bench.runs().size(), {Method::hold_last, Anchor::open})));
-  for (const BenchRun& run : bench.runs()) out.runs.push_back(log.runs[run.log_run].id);
   return validated;
 }
 
@@ -362,6 +410,11 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
   const auto targets = options.targets.empty() ? log.channels : options.targets;
   if (targets.empty())
     return fail(ErrorCode::wrong_input, "the log has no measured channel (<channel>_um)", log.file);
+  if (log.sensors.empty() && !log.has_speed && !log.has_feed)
+    return fail(ErrorCode::wrong_input,
+                "the log has no temperature (T_<name>_degC), or none that can be used, and no spindle_rpm or "
+                "feed_mm_min",
+                log.file);
   for (const std::string& target : targets) {
     const auto channel = log.channel(target);
     if (!channel)
@@ -384,6 +437,9 @@ Result<FitResult> fit_thermal(const Log& log, const FitOptions& options, Diagnos
     ChannelReport& report = validated->report;
     for (const auto& note : report.notes)
       diagnostics.note(log.file, {}, std::string("channel '").append(target).append("': ").append(note));
+    for (const auto& warning : report.warnings)
+      diagnostics.warning(log.file, {},
+                          std::string("channel '").append(target).append("': ").append(warning));
     auto model = final_model(bench, report, validated->tried, log);
     if (!model) return tl::unexpected(model.error());
     report.inputs = effects_of_inputs(bench, *model);

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "trunnion/thermal/screening.hpp"
+#include "trunnion/thermal/validation.hpp"
+
 #include "thermal/stuck.hpp"
 
 namespace trunnion::thermal {
@@ -78,6 +81,52 @@ TEST(SensorFaults, AStuckSensorIsOneThatStandsWhileOthersMove) {
   // An even temperature in an even shop is no fault.
   for (auto& column : log.runs[0].temperature_degC) std::fill(column.begin(), column.end(), 20.0);
   EXPECT_TRUE(faults_of(log).empty());
+}
+
+// All rises of a run count from its first reading: a wrong one is named, and not the good ones behind it.
+TEST(SensorFaults, AWrongStartIsTakenOutAndNotWhatFollows) {
+  for (const double by_K : {3.0, 40.0, -20.0}) {
+    Log log = plain_log();
+    for (std::size_t i = 0; i < 1080; ++i) log.runs[0].temperature_degC[1][i] += i % 2 == 0 ? 0.1 : 0.0;
+    log.runs[0].temperature_degC[1][0] += by_K;
+    Log cleaned;
+    const auto faults = faults_of(log, &cleaned);
+    ASSERT_EQ(faults.size(), 1U) << by_K;
+    EXPECT_EQ(faults[0].text(), "run 'day', sensor 'b': spike from 0 s to 0 s (1 readings)");
+    EXPECT_TRUE(std::isnan(cleaned.runs[0].temperature_degC[1][0]));
+    EXPECT_FALSE(std::isnan(cleaned.runs[0].temperature_degC[1][1]));
+  }
+  // Ten minutes of an hour are the fault, not the fifty behind them.
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 60; ++i) log.runs[0].temperature_degC[1][i] = 85.0;
+  Log cleaned;
+  ASSERT_EQ(faults_of(log, &cleaned).size(), 1U);
+  EXPECT_TRUE(std::isnan(cleaned.runs[0].temperature_degC[1][59]));
+  EXPECT_FALSE(std::isnan(cleaned.runs[0].temperature_degC[1][60]));
+}
+
+// A machine that begins to move is no fault, however fast, nor is a sensor in steps of a kelvin.
+TEST(SensorFaults, AGoodStartStays) {
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 1080; ++i) {
+    const double t = 10.0 * static_cast<double>(i);
+    log.runs[0].temperature_degC[0][i] = 22.0 + (t < 150.0 ? 0.0 : 15.0 * -std::expm1((150.0 - t) / 600.0));
+    log.runs[0].temperature_degC[1][i] = 20.0 + 12.0 * -std::expm1(-t / 120.0);
+  }
+  EXPECT_TRUE(faults_of(log).empty());
+  for (std::size_t i = 0; i < 1080; ++i) log.runs[0].temperature_degC[1][i] = i == 0 ? 20.0 : 21.0;
+  for (const SensorFault& fault : faults_of(log)) EXPECT_EQ(fault.kind, FaultKind::stuck);
+}
+
+// A reading that stays away is no spike only because a minute has passed.
+TEST(SensorFaults, AJumpOfASlowLoggerStaysAJump) {
+  Log log = plain_log();
+  for (std::size_t i = 0; i < 1080; ++i) log.runs[0].time_s[i] = 30.0 * static_cast<double>(i);
+  for (std::size_t i = 600; i < 1080; ++i) log.runs[0].temperature_degC[1][i] = 0.0;
+  const auto faults = faults_of(log);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].kind, FaultKind::jump);
+  EXPECT_EQ(faults[0].readings, 480U);
 }
 
 // Four days of a spindle that runs for two hours and rests for two, a reading every 30 s: three sensors with
@@ -168,6 +217,36 @@ TEST(SensorFaults, AFewReadingsOutOfRangeSpoilNoSensor) {
   EXPECT_EQ(left_out[1].sensor, "column");
 }
 
+// A day in kelvin spoils itself and not the sensors of the other days; without any day there is an error.
+TEST(SensorFaults, ADayWithoutAUsableSensorIsLeftOut) {
+  Log log = coarse_log();
+  const auto in_kelvin = [](LogRun& run) {
+    for (auto& column : run.temperature_degC) {
+      for (double& value : column) value += 273.15;
+    }
+  };
+  in_kelvin(log.runs[1]);
+  for (auto& column : log.runs[3].temperature_degC) std::fill(column.begin(), column.end(), std::nan(""));
+  Log cleaned;
+  auto faults = faults_of(log, &cleaned);
+  Diagnostics diagnostics;
+  for (const std::vector<std::string>& keep : {std::vector<std::string>{}, {"all"}}) {
+    const auto usable = usable_for_fit(cleaned, faults, keep, diagnostics);
+    ASSERT_TRUE(usable);
+    ASSERT_EQ(usable->runs.size(), 2U);
+    EXPECT_EQ(usable->runs[1].id, "3");
+    EXPECT_EQ(usable->sensors.size(), 4U);
+  }
+  EXPECT_EQ(diagnostics.findings()[0].text(),
+            "spindle.csv: warning: run '2' is left out, since none of its sensors can be used: run '2', "
+            "sensor 'front': out of range from 0 s to 14370 s (480 readings)");
+  for (const std::size_t run : {0U, 2U}) in_kelvin(log.runs[run]);
+  faults = faults_of(log, &cleaned);
+  const auto none = usable_for_fit(cleaned, faults, {}, diagnostics);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().text().find("no run is left"), std::string::npos);
+}
+
 TEST(SensorFaults, AreToldInOneLineEachWithTheFileOfTheSensor) {
   Diagnostics diagnostics;
   const auto a = parse_log("run_id,time_s,T_a_degC\n1,0,20\n1,60,21\n", "a.csv", diagnostics);
@@ -197,6 +276,33 @@ TEST(SensorFaults, AGapIsReportedAndASlowSensorHasNone) {
   EXPECT_EQ(faults[0].kind, FaultKind::gap);
   EXPECT_EQ(faults[0].from_s, 2990.0);
   EXPECT_EQ(faults[0].to_s, 3600.0);
+}
+
+// Nothing to learn from is an error, and a speed alone is enough.
+TEST(SensorFaults, AFitWithoutSensorsSaysSo) {
+  Log log = coarse_log();
+  log.sensors.clear();
+  log.channels = {"dx"};
+  for (LogRun& run : log.runs) {
+    run.temperature_degC.clear();
+    run.channel_mm.assign(1, std::vector<double>(run.rows(), std::nan("")));
+    for (std::size_t i = 0; i < run.rows(); i += 60) run.channel_mm[0][i] = 1e-4 * static_cast<double>(i);
+  }
+  Diagnostics diagnostics;
+  EXPECT_FALSE(fit_thermal(log, {}, diagnostics));
+  EXPECT_FALSE(screen(log, {}, 1800.0));
+  log.has_speed = true;
+  for (LogRun& run : log.runs) run.spindle_rpm.assign(run.rows(), 5000.0);
+  EXPECT_TRUE(fit_thermal(log, {}, diagnostics));
+}
+
+TEST(SensorFaults, ASensorThatFallsSilentIsTold) {
+  Log log = plain_log();
+  for (std::size_t i = 500; i < 1080; ++i) log.runs[0].temperature_degC[0][i] = std::nan("");
+  const auto faults = faults_of(log);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].text(),
+            "run 'day', sensor 'a': gap from 4990 s to 10790 s (0 readings): silent to the end of the run");
 }
 
 TEST(Resampling, AveragesFastLogsAndLeavesSlowOnes) {

@@ -1,6 +1,7 @@
 #include "trunnion/thermal/predictor.hpp"
 
 #include <cmath>
+#include <functional>
 #include <gtest/gtest.h>
 
 #include "trunnion/base/units.hpp"
@@ -8,6 +9,7 @@
 #include "trunnion/thermal/validation.hpp"
 
 #include "thermal/bench.hpp"
+#include "thermal/watch.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -179,6 +181,144 @@ TEST(ThermalPredictor, HoldsTheLastMeasurementWhenSensorsFallSilent) {
   EXPECT_GT(predictor.estimate(0).sigma_mm, sigma);
   EXPECT_FALSE(predictor.read(10.0, warm, 0.0, 0.0));  // time goes back: refused, nothing changes
   EXPECT_EQ(predictor.time_s(), 3600.0);
+}
+
+// Feeds a run up to a time; sensors as `change` leaves them.
+void feed(Predictor& predictor, const Log& log, double until_s,
+          const std::function<void(std::size_t, std::vector<double>&)>& change) {
+  const LogRun& run = log.runs[1];
+  for (std::size_t row = 0; row < run.rows() && run.time_s[row] <= until_s; ++row) {
+    std::vector<double> degC;
+    for (const auto& name : predictor.sensors()) degC.push_back(run.temperature_degC[*log.sensor(name)][row]);
+    change(row, degC);
+    ASSERT_TRUE(predictor.read(run.time_s[row], degC, run.spindle_rpm[row], run.feed_mm_s[row]));
+  }
+}
+
+// A live loop whose first reading is wrong says what it says without that reading, once it can tell; until
+// then it does nothing, and its sigma says so.
+TEST(ThermalPredictor, JudgesTheStartOfRawReadings) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  for (const double by_K : {40.0, 3.0}) {
+    Predictor raw(model, Readings::raw), judged(model);
+    const auto wrong = [&](std::size_t row, std::vector<double>& degC) {
+      if (row == 0) degC[0] += by_K;
+    };
+    feed(raw, days.log, 200.0, wrong);
+    EXPECT_EQ(raw.estimate(0).value_mm, 0.0);
+    EXPECT_FALSE(raw.estimate(0).stale);
+    EXPECT_NEAR(raw.estimate(0).sigma_mm, model.channels[0].hold_sigma.sigma_mm({.age_s = 200.0}, {}), 1e-12);
+    Predictor again(model, Readings::raw);
+    feed(again, days.log, 5000.0, wrong);
+    feed(judged, days.log, 5000.0, [](std::size_t row, std::vector<double>& degC) {
+      if (row == 0) degC[0] = kNotRead;
+    });
+    EXPECT_EQ(again.estimate(0).value_mm, judged.estimate(0).value_mm) << by_K;
+    EXPECT_EQ(again.estimate(0).sigma_mm, judged.estimate(0).sigma_mm) << by_K;
+  }
+}
+
+// A stuck sensor counts as a silent one: in a log as a whole, and in the live loop once it is known.
+TEST(ThermalPredictor, DoesWithoutAStuckSensor) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Log stuck = days.log, empty = days.log;
+  stuck.runs.resize(2);
+  empty.runs.resize(2);
+  const std::size_t front = *days.log.sensor("spindle_front");
+  auto& column = stuck.runs[1].temperature_degC[front];
+  std::fill(column.begin(), column.end(), 22.0);
+  auto& none = empty.runs[1].temperature_degC[front];
+  std::fill(none.begin(), none.end(), kNotRead);
+  const std::vector<SensorFault> faults = {
+      {stuck.runs[1].id, "spindle_front", FaultKind::stuck, 0.0, 1e9, 1, {}}};
+  const Log without = without_stuck(model, stuck, faults);
+  const auto a = predict(model, without, 1, UseMeasurements::yes);
+  const auto b = predict(model, empty, 1, UseMeasurements::yes);
+  ASSERT_TRUE(a && b);
+  for (std::size_t row = 0; row < a->time_s.size(); row += 10) {
+    EXPECT_EQ(a->channel[0][row].value_mm, b->channel[0][row].value_mm);
+    EXPECT_EQ(a->channel[0][row].sigma_mm, b->channel[0][row].sigma_mm);
+    EXPECT_TRUE(a->channel[0][row].stale);
+  }
+  Predictor live(model, Readings::raw);
+  feed(live, stuck, 1200.0, [](std::size_t, std::vector<double>&) {});
+  EXPECT_FALSE(live.estimate(0).stale);
+  Predictor later(model, Readings::raw);
+  feed(later, stuck, 7200.0, [](std::size_t, std::vector<double>&) {});
+  EXPECT_TRUE(later.estimate(0).stale);
+  EXPECT_GE(later.estimate(0).sigma_mm, model.channels[0].hold_sigma.floor_mm);
+}
+
+// A sensor that jumps is silent until it is back; one that stops flickering stands, a quiet one may.
+TEST(ThermalWatch, BelievesNoJumpAndNoStandstill) {
+  SensorWatch watch({1.0, 1.0, 0.1});
+  for (int i = 0; i < 800; ++i) {
+    const double t = 10.0 * i;
+    const bool away = i >= 20 && i < 60;
+    const double flickers = i < 300 ? 21.0 + 0.1 * (i % 2) : 21.0;
+    const auto out =
+        watch.believed(t, std::vector<double>{20.0 + 0.01 * i + (away ? 9.0 : 0.0), flickers, 22.0});
+    EXPECT_EQ(std::isnan(out[0]), away) << i;
+    EXPECT_FALSE(watch.stuck(0) || watch.stuck(2)) << i;
+    EXPECT_EQ(watch.stuck(1), t - 3000.0 >= 3600.0) << i;
+  }
+}
+
+// Measurements of the wrong sign are no noise: told once, and sigma is no smaller than they are off.
+TEST(ThermalPredictor, SaysWhereMeasurementsContradictIt) {
+  const SimulatedDays days = few_days();
+  ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  model.channels[0].candidate.anchor = Anchor::open;
+  Log wrong = days.log;
+  for (std::size_t row = 0; row < wrong.runs[1].rows(); ++row) {
+    double& value = wrong.runs[1].channel_mm[*wrong.channel("dx")][row];
+    if (!std::isnan(value)) value = -value;
+  }
+  const auto good = predict(model, days.log, 1, UseMeasurements::yes);
+  const auto bad = predict(model, wrong, 1, UseMeasurements::yes);
+  ASSERT_TRUE(good && bad);
+  EXPECT_TRUE(good->warnings.empty()) << good->warnings.front();
+  ASSERT_EQ(bad->warnings.size(), 1U);
+  EXPECT_NE(bad->warnings[0].find(" um was predicted: sign or unit of the measurement, or a wrong sensor?"),
+            std::string::npos);
+  const double told_s = std::stod(bad->warnings[0].substr(3));
+  for (std::size_t row = 0; row < bad->time_s.size(); ++row) {
+    EXPECT_EQ(bad->channel[0][row].value_mm, good->channel[0][row].value_mm);
+    if (bad->time_s[row] < told_s) continue;
+    EXPECT_GT(bad->channel[0][row].sigma_mm, std::abs(days.drift_mm[1][row].x())) << bad->time_s[row];
+  }
+}
+
+TEST(ThermalPredictor, SaysThatALogBeginsOnAWarmMachine) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Log late = days.log;
+  auto& column = late.runs[1].channel_mm[*late.channel("dx")];
+  for (double& value : column) value += 0.05;
+  column[0] = 0.05;
+  const auto prediction = predict(model, late, 1, UseMeasurements::yes);
+  ASSERT_TRUE(prediction);
+  ASSERT_EQ(prediction->warnings.size(), 1U);
+  EXPECT_NE(prediction->warnings[0].find(" um: the offsets count from there"), std::string::npos);
+}
+
+// However far outside of its training, a model knows no less than who holds the last measurement.
+TEST(ThermalPredictor, SigmaEndsAtWhatTheMachineMayDo) {
+  const SimulatedDays days = few_days();
+  const ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  Predictor predictor(model);
+  const std::size_t n = predictor.sensors().size();
+  ASSERT_TRUE(predictor.read(0.0, std::vector<double>(n, 20.0), 0.0, 0.0));
+  std::vector<double> strange(n, 20.0);
+  for (std::size_t i = 0; i < n; ++i) strange[i] = i % 2 == 0 ? 120.0 : -20.0;
+  ASSERT_TRUE(predictor.read(1800.0, strange, 0.0, 0.0));
+  const Estimate estimate = predictor.estimate(0);
+  EXPECT_TRUE(estimate.outside_training());
+  const double hold_mm = model.channels[0].hold_sigma.sigma_mm({.age_s = 1800.0}, {});
+  EXPECT_LE(estimate.sigma_mm, std::max(hold_mm, model.channels[0].largest_mm + std::abs(estimate.value_mm)));
+  EXPECT_GE(estimate.sigma_mm, hold_mm);
 }
 
 // An empty speed is unknown, not 0: the model that lags it widens at once and holds the last measurement

@@ -54,6 +54,12 @@ std::vector<LeftOut> judge_sensors(const Log& log, const std::vector<SensorFault
                                    const std::vector<std::string>& keep);
 Log without_sensors(const Log& log, const std::vector<LeftOut>& left_out);
 
+/// The log that a model is fitted to: without runs of which no sensor can be used (of a day in kelvin, the
+/// day is at fault and not its sensors), then without the sensors of `judge_sensors`; both told as warnings.
+/// Fails when no run is left.
+Result<Log> usable_for_fit(const Log& log, const std::vector<SensorFault>& faults,
+                           const std::vector<std::string>& keep, Diagnostics& diagnostics);
+
 /// Faults for people: one line for each sensor and kind of fault, with its file.
 void tell_faults(const Log& log, const std::vector<SensorFault>& faults, Diagnostics& diagnostics);
 

@@ -45,6 +45,9 @@ struct Log {
   std::optional<std::size_t> channel(std::string_view name) const;
 };
 
+/// The file that the readings of a sensor in a run come from.
+std::string sensor_file(const LogRun& run, std::size_t sensor, const Log& log);
+
 /// Reads `run_id` (default: one run), `time_s`, `T_<name>_degC`, [`spindle_rpm`], [`feed_mm_min`],
 /// `<channel>_um`. Any other column is an error (a misspelt unit is never ignored). Time must increase within
 /// a run; a run's rows need not be adjacent. Speeds, feeds and deviations beyond the limits above are errors.

@@ -1,10 +1,12 @@
 #pragma once
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "trunnion/thermal/condition.hpp"
 #include "trunnion/thermal/model.hpp"
 #include "trunnion/thermal/offsets.hpp"
 
@@ -29,11 +31,17 @@ struct Estimate {
 /// A temperature of a structure that is older than this says nothing of what goes on now.
 inline constexpr double kStale_s = 900.0;
 
+/// What a Predictor is given: readings of a log that was judged as a whole (condition.hpp), or such as they
+/// come. Those it judges itself, as soon as it can: the first ones when five minutes of them have come (until
+/// then the last measurement is held, with its sigma), jumps and standstills as they happen (such a sensor is
+/// silent).
+enum class Readings { judged, raw };
+
 /// Follows a run reading by reading and measurement by measurement: the live loop and `thermal predict` are
 /// this, with the formula of the validation.
 class Predictor {
  public:
-  explicit Predictor(ThermalModel model);
+  explicit Predictor(ThermalModel model, Readings readings = Readings::judged);
   Predictor(Predictor&&) noexcept;
   Predictor& operator=(Predictor&&) noexcept;
   Predictor(const Predictor&) = delete;
@@ -52,16 +60,30 @@ class Predictor {
   /// a reading.
   void measure(std::size_t channel, double value_mm);
   Estimate estimate(std::size_t channel) const;
+  /// A sentence for each channel of which two measurements in a row were beyond 4 sigma of what was said just
+  /// before them (from there on its sigma is at least the discrepancy of the last one; its value stays), and
+  /// for each whose first measurement, the zero, is far from zero.
+  const std::vector<std::string>& warnings() const { return warnings_; }
   bool started() const { return started_; }
   double time_s() const { return time_s_; }
 
  private:
   struct Channel;
+  struct Raw;
+  void make_channels();
+  void take(double time_s, std::span<const double> temperature_degC, double spindle_rpm, double feed_mm_s);
+  void settle();
+  bool stale(const Channel& channel) const;
   FeatureVector relative(const Channel& channel) const;
   Said say(std::size_t channel) const;
+  double sigma_mm(std::size_t channel, const Said& said, const RunScale& scale) const;
+  void tell_late_start(std::size_t channel, double value_mm);
+  void compare(std::size_t channel, double value_mm, double error_mm, double sigma_mm);
   ThermalModel model_;
+  std::unique_ptr<Raw> raw_;  // null for judged readings
   std::vector<std::string> sensors_;
   std::vector<Channel> channels_;
+  std::vector<std::string> warnings_;
   double start_s_ = 0.0;
   double time_s_ = 0.0;
   bool started_ = false;
@@ -72,9 +94,14 @@ struct RunPrediction {
   std::string run;
   std::vector<double> time_s;
   std::vector<std::vector<Estimate>> channel;  // [channel][row]
+  std::vector<std::string> warnings;           // Predictor::warnings
 };
 
 enum class UseMeasurements { yes, no };
+
+/// The log without what its sensors read while they were stuck: to a prediction they are silent then. A
+/// sensor that never moves is left as it is where it hardly moved in the training either.
+Log without_stuck(const ThermalModel& model, const Log& log, const std::vector<SensorFault>& faults);
 
 /// Predicts a run of a log. Measurements in the log re-anchor the model as often as it was validated for, or
 /// not at all. Fails when the log lacks a sensor, the speed or the feed that the model uses, naming it, and

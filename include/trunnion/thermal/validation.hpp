@@ -53,7 +53,8 @@ struct ChannelReport {
   /// `none` and `hold_last` first.
   std::vector<Score> models;
   /// Held-out error of the choice itself: the method is chosen again without each run (nothing with fewer
-  /// than four runs or a method asked for).
+  /// than four runs, a method asked for, or where doing nothing or holding the last measurement is better:
+  /// that is then chosen).
   std::optional<Score> nested;
   /// Of the errors of runs held out, the choice among it where there is one.
   SigmaModel sigma, hold_sigma;
@@ -61,9 +62,10 @@ struct ChannelReport {
   /// Share of each run's errors within 1.96 sigma, sigma too without that run; empty with fewer than three
   /// runs.
   std::vector<double> coverage;
-  std::vector<HeldOutTrack> tracks;  // one for each of `runs`
-  std::vector<InputEffect> inputs;   // of the chosen method, the largest effect first
-  std::vector<std::string> notes;    // methods that this log does not allow, and why
+  std::vector<HeldOutTrack> tracks;   // one for each of `runs`
+  std::vector<InputEffect> inputs;    // of the chosen method, the largest effect first
+  std::vector<std::string> notes;     // methods that this log does not allow, and why
+  std::vector<std::string> warnings;  // runs that the others do not explain; a choice that does not help
 
   const Score* score(std::string_view name) const;
 };
