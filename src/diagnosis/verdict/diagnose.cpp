@@ -706,6 +706,20 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
   d.paragraph += formula_text(*d.formula);
 }
 
+// What the model has with all its linear parameters free is fitted already: such an effect at another period
+// is not the one that is missing. Where a parameter is held, what it is held at may be what is wrong.
+void leave_out_given(std::vector<EffectFamily>& library, const Model& model) {
+  const auto given = [&](const std::shared_ptr<const Effect>& one) {
+    const ModelEffect* known = find_effect(model, one->info());
+    if (known == nullptr) return false;
+    const auto linear = static_cast<std::ptrdiff_t>(one->info().linear_count());
+    return linear > 0 && std::none_of(known->parameters.begin(), known->parameters.begin() + linear,
+                                      [](const ParameterValue& p) { return p.fixed; });
+  };
+  for (EffectFamily& family : library) std::erase_if(family.variants, given);
+  std::erase_if(library, [](const EffectFamily& family) { return family.variants.empty(); });
+}
+
 }  // namespace
 
 Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
@@ -714,6 +728,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
                           const DiagnoseOptions& how) {
     std::vector<EffectFamily> library = effect_library(all->machine(), all->data().context);
     library.insert(library.end(), extra.begin(), extra.end());
+    leave_out_given(library, known);
     return Engine(std::move(all), known, how, std::move(library));
   };
   const auto whole = std::make_shared<const Observations>(machine, data);
