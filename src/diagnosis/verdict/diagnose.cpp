@@ -129,6 +129,7 @@ class Engine {
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, level(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
+    leave_out_smooth_waves(atoms, out);
     out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0
                      ? rescaled(of_base.left, of_base.noise, noise_)
                      : leftover(atoms, nothing, structures_, noise_);
@@ -142,6 +143,31 @@ class Engine {
     if (out.found.members.size() > 1 || (out.found.members.size() == 1 && is_rest(out)))
       put_into_model(atoms, out);
     return out;
+  }
+  // A period that the positions cannot tell from a smooth error is not what is named: of the two the smooth
+  // one is what machines have, and between the positions the wave makes it worse.
+  void leave_out_smooth_waves(const Atoms& atoms, Outcome& out) const {
+    std::vector<Atom> rest;
+    Families waves;
+    for (std::size_t m = 0; m < out.found.members.size(); ++m) {
+      const Atom& atom = out.found.members[m];
+      if (may_be_smooth(atoms, out.found, m, noise_.variance))
+        waves.insert(atom.family);
+      else
+        rest.push_back(atom);
+    }
+    if (waves.empty()) return;
+    std::erase_if(out.rivals, [&](const EffectSet& rival) {
+      return std::any_of(rival.members.begin(), rival.members.end(),
+                         [&](const Atom& atom) { return waves.contains(atom.family); });
+    });
+    if (!rest.empty()) {
+      out.found = search_->evaluated(std::move(rest));
+    } else {
+      out.found = {};
+      out.rivals.clear();
+      out.found.remainder = atoms.remainder({});
+    }
   }
   MatrixXd surrogate_for(const FitCore& base) const {
     const auto room = static_cast<Eigen::Index>(std::clamp(base.dof() / 5.0, 0.0, kMostSurrogate));
@@ -420,13 +446,14 @@ class Engine {
     });
   }
 
-  // Where the positions that were read cannot tell how often an effect repeats in a turn: the other numbers
-  // into `d`, and the sets with them, of each effect the first few.
+  // Where the positions that were read cannot tell how often an effect repeats: the other numbers, or
+  // periods, into `d`, and the sets with them, of each effect the first few.
   std::vector<EffectSet> find_numbers(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
     constexpr std::size_t kMost = 4;
     std::vector<EffectSet> out;
     for (std::size_t m = 0; m < found.members.size() && m < d.ranking.size(); ++m) {
       std::vector<double> numbers = numbers_alike(atoms, found, m, noise_.variance);
+      if (numbers.empty()) numbers = periods_alike(atoms, found, m, noise_.variance);
       for (std::size_t k = 0; k < std::min(numbers.size(), kMost); ++k)
         out.push_back(with_number(atoms, found, m, numbers[k]));
       if (!numbers.empty()) d.ranking[m].parameters.back().also = std::move(numbers);
@@ -578,6 +605,8 @@ class Engine {
         p.sigma = own.determined[k] ? std::optional(std::sqrt(all.covariance(i, i)) * sized.sigma_factor)
                                     : std::nullopt;
       }
+      // That of one of several periods says nothing of the others.
+      if (m < d.ranking.size() && d.ranking[m].number_is_open()) effect.parameters.back().sigma.reset();
       for (std::size_t k = 0; m < d.ranking.size() && k < d.ranking[m].parameters.size(); ++k) {
         const double unit = unit_factor(effect.effect->info().parameters[k].unit);
         d.ranking[m].parameters[k].value = effect.parameters[k].value / unit;
