@@ -18,6 +18,7 @@
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
+#include "diagnosis/verdict/settling.hpp"
 #include "diagnosis/verdict/tool_constants.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
@@ -786,6 +787,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     if (options.formula) propose(machine, data, first.left_out(), out);
     blame_odd_runs(*whole, model, out, search);
     doubt_between_tools(*whole, model, first.left_out(), out);
+    doubt_beside_settling(*whole, model, first.left_out(), out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;
