@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "trunnion/base/files.hpp"
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/probe/calibration.hpp"
 #include "trunnion/probe/control_numbers.hpp"
 #include "trunnion/report/calibration_json.hpp"
@@ -15,6 +16,7 @@ namespace {
 struct CalibrateCommand {
   std::vector<std::string> data;
   std::string machine, out, parameters;
+  bool accept_misfit = false;
   ResultOptions result;
 };
 
@@ -47,6 +49,18 @@ ExitCode run(const CalibrateCommand& command) {
   if (!controller) return print_failure(diagnostics, controller.error());
   const auto found = probe::calibrate(*machine, *data);
   if (!found) return print_failure(diagnostics, found.error());
+  if (found->misfit) {
+    const std::string words = probe::misfit_text(*found);
+    if (found->misfit->factor > probe::kMostMisfit && !command.accept_misfit)
+      return print_failure(diagnostics,
+                           {ErrorCode::check_failed,
+                            words + ". Nothing is written; --accept-misfit writes it all the same",
+                            data->files.front(),
+                            {}});
+    diagnostics.warning(
+        data->files.front(), {},
+        words + ". The sigmas are " + fixed_text(found->misfit->sigma_factor, 1) + " times wider for it");
+  }
   print(diagnostics);
   const auto calibrated = probe::machine_text_with_axes(*text, machine->file, found->machine);
   if (!calibrated) return print_error(calibrated.error());
@@ -81,6 +95,9 @@ void add_machine_calibrate_command(CLI::App& machine, int& exit) {
   c->add_option("--parameters", command->parameters,
                 "print this control's own numbers, too: controller file, or the name of one in "
                 "postconfigs/controllers");
+  c->add_flag("--accept-misfit", command->accept_misfit,
+              "write the file all the same where the readings scatter by more than three times their stated "
+              "uncertainty");
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "trunnion/base/number_text.hpp"
@@ -85,6 +86,25 @@ class Fit {
       sum += r * r;
     }
     return std::sqrt(sum / static_cast<double>(size()));
+  }
+
+  // The run whose readings are off by most of their uncertainties, and by how much they are off.
+  std::pair<std::size_t, double> worst_run(const State& state) const {
+    struct Sums {
+      double squares = 0.0, in_sigmas = 0.0, readings = 0.0;
+    };
+    std::map<std::size_t, Sums> of_runs;
+    for (std::size_t i = 0; i < size(); ++i) {
+      const double r = predicted(state, i) - readings_[i]->value;
+      Sums& sums = of_runs[data_.run_of(*readings_[i])];
+      sums.squares += r * r;
+      sums.in_sigmas += std::pow(r / readings_[i]->u_random, 2);
+      sums.readings += 1.0;
+    }
+    const auto worst = std::max_element(of_runs.begin(), of_runs.end(), [](const auto& a, const auto& b) {
+      return a.second.in_sigmas / a.second.readings < b.second.in_sigmas / b.second.readings;
+    });
+    return {worst->first, std::sqrt(worst->second.squares / worst->second.readings)};
   }
 
   // What is known beforehand of a number beside the lines.
@@ -400,6 +420,27 @@ void name_unseen(const Fit::Solved& best, Calibration& out) {
   }
 }
 
+// Whether chi-square is beyond chance: above 1.25 per degree, and by Wilson and Hilferty's cube root beyond
+// 3.72 standard deviations, one of 10 000. As `model fit` has it.
+bool beyond_chance(double chi2, double dof) {
+  constexpr double kClearly = 1.25, kSigmas = 3.72;
+  if (dof <= 0.0 || chi2 <= kClearly * dof) return false;
+  const double spread = 2.0 / (9.0 * dof);
+  return std::cbrt(chi2 / dof) - (1.0 - spread) > kSigmas * std::sqrt(spread);
+}
+
+void name_misfit(const Fit& fit, const Fit::Solved& best, const diagnosis::Dataset& data, Calibration& out) {
+  if (!beyond_chance(out.chi2, out.freedom)) return;
+  const auto [run, rms_mm] = fit.worst_run(best.state);
+  const double factor = std::sqrt(out.chi2 / out.freedom);
+  // The sigmas have the scatter already, as if it were noise or smooth. What is neither (a ball that moved
+  // half way) moves the lines by 2.6 of them RMS, 8 at most: three times wider they are right again
+  // (README, "Uncertainty"), and the whole factor of a hundred and more says nothing.
+  out.misfit = Misfit{factor, std::min(factor, kMostMisfit), data.context.runs[run].id, rms_mm};
+  for (auto* numbers : {&out.estimates, &out.linear})
+    for (Estimate& one : *numbers) one.sigma *= out.misfit->sigma_factor;
+}
+
 void name_always_unseen(const Machine& machine, Calibration& out) {
   std::vector<std::string> names;
   for (const AxisId id : machine.rotary_axes()) names.push_back(machine.axes[id].name);
@@ -472,8 +513,20 @@ Result<Calibration> calibrate(const Machine& machine, const diagnosis::Dataset& 
   }
   name_estimates(machine, data, fit, *best, out);
   name_unseen(*best, out);
+  name_misfit(fit, *best, data, out);
   name_always_unseen(machine, out);
   return out;
+}
+
+std::string misfit_text(const Calibration& c) {
+  if (!c.misfit) return "";
+  return "no lines of the rotary axes explain these readings: chi-square " + fixed_text(c.chi2, 1) + " for " +
+         fixed_text(c.freedom, 1) + " degrees of freedom, they scatter by " +
+         fixed_text(c.misfit->factor, 1) + " times their stated uncertainty; run '" + c.misfit->worst_run +
+         "' fits worst, " + fixed_text(c.misfit->worst_rms_mm / kMmPerUm, 2) +
+         " um RMS. Did the ball move, or is the tool another one? `trunnion model diagnose` says what else "
+         "it "
+         "may be";
 }
 
 }  // namespace trunnion::probe

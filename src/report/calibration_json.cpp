@@ -41,6 +41,11 @@ std::string calibration_json(const probe::Calibration& c, const std::vector<std:
   out["chi2"] = c.chi2;
   out["dof"] = c.freedom;
   out["readings"] = c.readings;
+  if (c.misfit)
+    out["misfit"] = {{"factor", c.misfit->factor},
+                     {"sigma_factor", c.misfit->sigma_factor},
+                     {"worst_run", c.misfit->worst_run},
+                     {"worst_run_rms_um", c.misfit->worst_rms_mm / kMmPerUm}};
   if (!control_lines.empty()) out["control_parameters"] = control_lines;
   return json_text(out);
 }

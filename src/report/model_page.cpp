@@ -99,7 +99,7 @@ std::string headline(const Diagnosis& d) {
       break;
     case Verdict::named_but_incomplete:
       out = "Missing: " + named +
-            (d.only_number_is_open() ? "; how often an error repeats in a turn is open"
+            (d.only_number_is_open() ? "; how often an error repeats is open"
                                      : ", and something more that is not in the library");
       break;
     case Verdict::ambiguous: {

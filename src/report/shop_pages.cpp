@@ -165,6 +165,13 @@ Page calibration_page(const ResultText& result) {
   page.verdict = "The new axes meet " + cell_text(json["readings"]) + " readings within " +
                  um_text(number_at(json, "rms_after_um")) + " rms; by the machine file it was " +
                  um_text(number_at(json, "rms_before_um")) + ".";
+  if (json.contains("misfit")) {
+    page.tone = Tone::bad;
+    page.verdict += " They are not explained by them: they scatter by " +
+                    cell_text(json["misfit"]["factor"]) + " times their stated uncertainty, and run '" +
+                    text_at(json["misfit"], "worst_run") + "' fits worst, " +
+                    um_text(number_at(json["misfit"], "worst_run_rms_um")) + " rms.";
+  }
   if (!json["turned_round"].empty())
     page.verdict += " Turned the other way round: " + list_text(json["turned_round"]) + ".";
   const std::size_t blind = json["not_seen"].size();

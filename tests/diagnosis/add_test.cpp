@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "trunnion/diagnosis/improve.hpp"
 
 #include "diagnosis/campaigns.hpp"
+#include "diagnosis/fit/observations.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -42,6 +44,30 @@ TEST(LongAdd, StartsFromTheShapeThatTheDiagnosisFound) {
   ASSERT_EQ(said.effects, std::vector<std::string>{"periodic:X"});
   auto blank = model_effect(said.additions.front().effect);
   EXPECT_NEAR(pitch_mm(add_and_fit(s.machine, s.data, base, {blank}, &said).model), 7.3, 0.05);
+}
+
+// A model file holds an effect once: `improve` wrote one with periodic:X twice, and refused to read it.
+TEST(Improve, NamesNoEffectThatTheModelHas) {
+  const Machine machine = shipped_machine("paper");
+  Campaign lasers;
+  lasers.angles = lasers.table = false;
+  Dataset data = measured(machine, plan_text(lasers), "[model]\nname = \"t\"\n", 5);
+  const Observations o(machine, data);
+  for (Eigen::Index i = 0; i < o.size(); ++i) {
+    const double x = o.state(i).q[0];
+    data.readings[static_cast<std::size_t>(i)].value +=
+        o.response(0)(i, 0) * 3e-3 * (std::sin(0.86 * x) + std::sin(0.37 * x + 1.0));
+  }
+  const Model known = model_for(machine, data, "[model]\nname = \"m\"\n" + kScrew);
+  const Diagnosis d = diagnose(machine, data, known);
+  EXPECT_NE(d.verdict, Verdict::nothing_to_find);
+  for (const auto& set : d.sets) EXPECT_EQ(std::find(set.begin(), set.end(), "periodic:X"), set.end());
+  const auto steps = improve(machine, data, known);
+  for (const ImproveStep& step : steps) {
+    Diagnostics diagnostics;
+    const std::string text = model_text(step.model);
+    EXPECT_TRUE(parse_model(text, "step", machine, data.context, diagnostics)) << text;
+  }
 }
 
 // A turn about Z moves a ball on a circle about Z along the circle: a ball-bar, which reads the radius, sees

@@ -61,6 +61,67 @@ TEST(Aliases, AKinkOnAGridIsNoPeriod) {
   EXPECT_FALSE(d.verdict == Verdict::named) << d.paragraph;
 }
 
+// A laser at steps of 20 mm, and a ball at many places of X: a wave that these see as a smooth error.
+class PeriodOnAGrid : public testing::Test {
+ protected:
+  Dataset measured(int points, const std::string& truth = kNoEffects) const {
+    const std::string ball =
+        "[[run]]\nid = \"ball\"\nminutes = 20\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, "
+        "0, 1]]\n"
+        "u_random = 0.8\nu_common = 0.3\ntool_z_mm = -150\ngrid = { A_deg = [-20, 0, 30, 60], C_deg = [0, "
+        "50, 100, "
+        "170, 240, 310] }\nball_mm = [80, 0, 60]\n";
+    const std::string laser =
+        test::sweep_run("laser", "X", -250, 250, points, "[1, 0, 0]", "displacement", {});
+    return test::measured(machine_, laser + ball, truth, 1);
+  }
+  const Machine machine_ = test::shipped_machine("trunnion_offset");
+  const std::string known_ = kNoEffects + "[[effect]]\nid = \"component:EXX\"\n";
+};
+
+// 8 um tanh(X / 40 mm): "p = 2.53 +/- 0.0007 mm" was said and added, which made what lies between worse.
+TEST_F(PeriodOnAGrid, IsOpenWhereASmoothErrorIsSeenThroughIt) {
+  Dataset data = measured(26);
+  const Observations o(machine_, data);
+  for (Eigen::Index i = 0; i < o.size(); ++i)
+    data.readings[static_cast<std::size_t>(i)].value +=
+        o.response(0)(i, 0) * 8e-3 * std::tanh(o.state(i).q[0] / 40.0);
+  const auto steps = improve(machine_, data, test::model_for(machine_, data, known_));
+  for (const ImproveStep& step : steps)
+    for (const ModelEffect& effect : step.model.effects)
+      EXPECT_NE(effect.id(), "periodic:X") << step.diagnosis.paragraph;
+  EXPECT_NE(steps.back().diagnosis.verdict, Verdict::named) << steps.back().diagnosis.paragraph;
+}
+
+TEST_F(PeriodOnAGrid, SaysWhichOthersDoTheSame) {
+  const std::string truth =
+      kNoEffects + "[[effect]]\nid = \"periodic:X\"\n[effect.parameters]\nsin_um = 3\np_mm = 27.3\n";
+  const std::string laser = test::sweep_run("laser", "X", -250, 250, 51, "[1, 0, 0]", "displacement", {});
+  const Dataset data = test::measured(machine_, laser, truth, 1);  // every 10 mm
+  const Diagnosis d = diagnose(machine_, data, test::model_for(machine_, data, kNoEffects));
+  ASSERT_EQ(d.effects, std::vector<std::string>{"periodic:X"}) << d.paragraph;
+  EXPECT_EQ(d.verdict, Verdict::named_but_incomplete) << d.paragraph;
+  const RankedParameter& p = d.ranking.front().parameters.back();
+  EXPECT_FALSE(p.sigma);
+  for (const double k : {1.0, 2.0, 3.0})
+    for (const double sense : {1.0, -1.0}) {
+      const double alias = 1.0 / (k / 10.0 + sense / 27.3);
+      const auto same = [&](double other) { return std::abs(1.0 / other - 1.0 / alias) < 1e-3; };
+      EXPECT_TRUE(same(p.value) || std::any_of(p.also.begin(), p.also.end(), same))
+          << alias << ' ' << d.paragraph;
+    }
+  EXPECT_NE(d.paragraph.find("Which period it has is not known"), std::string::npos) << d.paragraph;
+  ASSERT_TRUE(d.next);
+  EXPECT_LT(d.next->wrong_after, 0.01) << d.next->why;
+  EXPECT_EQ(improve(machine_, data, test::model_for(machine_, data, kNoEffects)).size(), 1u);
+  // A second laser at fine steps decides it.
+  const std::string fine = test::sweep_run("fine", "X", -26, 26, 105, "[1, 0, 0]", "displacement", {});
+  const Dataset both = test::measured(machine_, laser + fine, truth, 1);
+  const Diagnosis sure = diagnose(machine_, both, test::model_for(machine_, both, kNoEffects));
+  EXPECT_FALSE(sure.number_is_open()) << sure.paragraph;
+  EXPECT_NEAR(sure.ranking.front().parameters.back().value, 27.3, 0.2);
+}
+
 class WormOnAGrid : public testing::Test {
  protected:
   static std::string worm(double n) {

@@ -43,7 +43,7 @@ struct RankedParameter {
   std::string key;  // "X0C_um"
   double value = 0.0;
   std::optional<double> sigma;    // printed unit, as value
-  std::vector<double> also = {};  // other values of a whole number that these readings cannot tell from it
+  std::vector<double> also = {};  // other whole numbers, or periods, that these readings cannot tell from it
 };
 
 /// One effect of the library, as if it alone were added to the model.
@@ -60,7 +60,7 @@ struct RankedEffect {
   std::optional<double> detectable_um;  // RMS at the readings that these data would show with 95 % chance
   std::vector<Rival> rivals;
 
-  /// A whole number of periods a turn that these readings leave open: the last parameter's `also`.
+  /// A number of periods a turn, or a period, that these readings leave open: the last parameter's `also`.
   bool number_is_open() const { return !parameters.empty() && !parameters.back().also.empty(); }
 };
 
@@ -118,7 +118,7 @@ struct Diagnosis {
   Fit base;                            // the model as given, fitted
   std::vector<ModelEffect> additions;  // `effects` with their fitted parameters
 
-  /// Some effect's number of periods a turn is open, of those that are said to be missing.
+  /// Some effect's number of periods a turn, or its period, is open, of those that are said to be missing.
   bool number_is_open() const;
   /// Why it is `named_but_incomplete`: beside the effects, the rest is noise.
   bool only_number_is_open() const {

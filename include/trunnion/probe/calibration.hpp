@@ -19,6 +19,18 @@ struct Estimate {
   bool seen = true;  // else the poses do not tell it, and it stays as it was
 };
 
+/// The lines do not explain the readings: chi-square per degree of freedom above 1.25, by chance in less than
+/// one of 10 000 calibrations.
+struct Misfit {
+  double factor = 1.0;        // scatter of the readings over their stated uncertainty; never below 1
+  double sigma_factor = 1.0;  // by which each sigma is wider for it
+  std::string worst_run;      // whose readings are off by most of their uncertainties
+  double worst_rms_mm = 0.0;
+};
+/// Beyond this factor the lines are not those of the machine: a ball that was knocked, another tool, an error
+/// of the linear axes moves them by more than their sigmas say.
+constexpr double kMostMisfit = 3.0;
+
 struct Calibration {
   Machine machine;                  // with the lines of its rotary axes as found
   std::vector<Estimate> estimates;  // points and directions across each rotary axis, the ball of each run
@@ -31,6 +43,8 @@ struct Calibration {
   double chi2 = 0.0;
   double freedom = 0.0;  // readings less what was fitted from them
   std::size_t readings = 0;
+  /// Where there is one, each `sigma` is wider by its `sigma_factor`.
+  std::optional<Misfit> misfit;
   double small_errors_mm =
       0.0;  // standard deviation of errors that the fit does not know, as the readings have it
 };
@@ -43,6 +57,9 @@ struct Calibration {
 /// the lines and in the ball's place. Fails with wrong_input where there are too few readings or the fit does
 /// not converge, with check_failed where it leaves more than 0.1 mm RMS.
 Result<Calibration> calibrate(const Machine& machine, const diagnosis::Dataset& data);
+
+/// The misfit in words, with its figures; of a calibration that has one.
+std::string misfit_text(const Calibration& calibration);
 
 /// The text of a machine file with `point_mm` and `direction` of the rotary axes of `machine`; all else as it
 /// stands.

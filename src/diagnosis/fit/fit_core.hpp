@@ -62,6 +62,10 @@ Fit fit(const Observations& observations, const Model& model, const FitOptions& 
 /// best, in the order of the model.
 Model with_best_variants(const Observations& observations, Model model);
 
+/// The effect of the model that is the same in the same variant, of which a model file holds one; null where
+/// there is none.
+const ModelEffect* find_effect(const Model& model, const EffectInfo& info);
+
 /// Readings that stand alone beyond what base and a smooth surrogate explain: Huber's fit, then |r| beyond
 /// kOutlier robust standard deviations.
 std::vector<bool> find_outliers(const Observations& observations, const FitCore& fit);

@@ -59,4 +59,11 @@ Model with_best_variants(const Observations& o, Model model) {
   return model;
 }
 
+const ModelEffect* find_effect(const Model& model, const EffectInfo& info) {
+  const auto found = std::find_if(model.effects.begin(), model.effects.end(), [&](const ModelEffect& known) {
+    return known.id() == info.id && known.effect->info().variant == info.variant;
+  });
+  return found == model.effects.end() ? nullptr : &*found;
+}
+
 }  // namespace trunnion::diagnosis

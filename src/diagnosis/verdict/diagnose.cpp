@@ -18,6 +18,7 @@
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
+#include "diagnosis/verdict/settling.hpp"
 #include "diagnosis/verdict/tool_constants.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
@@ -129,6 +130,7 @@ class Engine {
     search_ = std::make_unique<Search>(atoms, multiplicity_, noise_, level(), options_.max_effects);
     out.found = search_->best();
     if (!out.found.members.empty()) out.rivals = search_->alternatives(out.found);
+    leave_out_smooth_waves(atoms, out);
     out.before = noise_.phi == 0.0 && of_base.noise.phi == 0.0
                      ? rescaled(of_base.left, of_base.noise, noise_)
                      : leftover(atoms, nothing, structures_, noise_);
@@ -142,6 +144,31 @@ class Engine {
     if (out.found.members.size() > 1 || (out.found.members.size() == 1 && is_rest(out)))
       put_into_model(atoms, out);
     return out;
+  }
+  // A period that the positions cannot tell from a smooth error is not what is named: of the two the smooth
+  // one is what machines have, and between the positions the wave makes it worse.
+  void leave_out_smooth_waves(const Atoms& atoms, Outcome& out) const {
+    std::vector<Atom> rest;
+    Families waves;
+    for (std::size_t m = 0; m < out.found.members.size(); ++m) {
+      const Atom& atom = out.found.members[m];
+      if (may_be_smooth(atoms, out.found, m, noise_.variance))
+        waves.insert(atom.family);
+      else
+        rest.push_back(atom);
+    }
+    if (waves.empty()) return;
+    std::erase_if(out.rivals, [&](const EffectSet& rival) {
+      return std::any_of(rival.members.begin(), rival.members.end(),
+                         [&](const Atom& atom) { return waves.contains(atom.family); });
+    });
+    if (!rest.empty()) {
+      out.found = search_->evaluated(std::move(rest));
+    } else {
+      out.found = {};
+      out.rivals.clear();
+      out.found.remainder = atoms.remainder({});
+    }
   }
   MatrixXd surrogate_for(const FitCore& base) const {
     const auto room = static_cast<Eigen::Index>(std::clamp(base.dof() / 5.0, 0.0, kMostSurrogate));
@@ -420,13 +447,14 @@ class Engine {
     });
   }
 
-  // Where the positions that were read cannot tell how often an effect repeats in a turn: the other numbers
-  // into `d`, and the sets with them, of each effect the first few.
+  // Where the positions that were read cannot tell how often an effect repeats: the other numbers, or
+  // periods, into `d`, and the sets with them, of each effect the first few.
   std::vector<EffectSet> find_numbers(Diagnosis& d, const Atoms& atoms, const EffectSet& found) const {
     constexpr std::size_t kMost = 4;
     std::vector<EffectSet> out;
     for (std::size_t m = 0; m < found.members.size() && m < d.ranking.size(); ++m) {
       std::vector<double> numbers = numbers_alike(atoms, found, m, noise_.variance);
+      if (numbers.empty()) numbers = periods_alike(atoms, found, m, noise_.variance);
       for (std::size_t k = 0; k < std::min(numbers.size(), kMost); ++k)
         out.push_back(with_number(atoms, found, m, numbers[k]));
       if (!numbers.empty()) d.ranking[m].parameters.back().also = std::move(numbers);
@@ -578,6 +606,8 @@ class Engine {
         p.sigma = own.determined[k] ? std::optional(std::sqrt(all.covariance(i, i)) * sized.sigma_factor)
                                     : std::nullopt;
       }
+      // That of one of several periods says nothing of the others.
+      if (m < d.ranking.size() && d.ranking[m].number_is_open()) effect.parameters.back().sigma.reset();
       for (std::size_t k = 0; m < d.ranking.size() && k < d.ranking[m].parameters.size(); ++k) {
         const double unit = unit_factor(effect.effect->info().parameters[k].unit);
         d.ranking[m].parameters[k].value = effect.parameters[k].value / unit;
@@ -706,6 +736,20 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
   d.paragraph += formula_text(*d.formula);
 }
 
+// What the model has with all its linear parameters free is fitted already: such an effect at another period
+// is not the one that is missing. Where a parameter is held, what it is held at may be what is wrong.
+void leave_out_given(std::vector<EffectFamily>& library, const Model& model) {
+  const auto given = [&](const std::shared_ptr<const Effect>& one) {
+    const ModelEffect* known = find_effect(model, one->info());
+    if (known == nullptr) return false;
+    const auto linear = static_cast<std::ptrdiff_t>(one->info().linear_count());
+    return linear > 0 && std::none_of(known->parameters.begin(), known->parameters.begin() + linear,
+                                      [](const ParameterValue& p) { return p.fixed; });
+  };
+  for (EffectFamily& family : library) std::erase_if(family.variants, given);
+  std::erase_if(library, [](const EffectFamily& family) { return family.variants.empty(); });
+}
+
 }  // namespace
 
 Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& given,
@@ -714,6 +758,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
                           const DiagnoseOptions& how) {
     std::vector<EffectFamily> library = effect_library(all->machine(), all->data().context);
     library.insert(library.end(), extra.begin(), extra.end());
+    leave_out_given(library, known);
     return Engine(std::move(all), known, how, std::move(library));
   };
   const auto whole = std::make_shared<const Observations>(machine, data);
@@ -742,6 +787,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     if (options.formula) propose(machine, data, first.left_out(), out);
     blame_odd_runs(*whole, model, out, search);
     doubt_between_tools(*whole, model, first.left_out(), out);
+    doubt_beside_settling(*whole, model, first.left_out(), out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;

@@ -83,7 +83,7 @@ bool takes_most_of_heldout(const RankedEffect& r) {
   return best < kMost && worst < kNoMore;
 }
 
-// Between the positions that were read a wrong number of periods a turn makes the machine worse.
+// Between the positions that were read a wrong number of periods a turn, or period, makes the machine worse.
 bool number_is_open(const Diagnosis& d, const std::string& id) {
   return std::any_of(d.ranking.begin(), d.ranking.end(),
                      [&](const RankedEffect& r) { return r.id == id && r.number_is_open(); });
@@ -98,7 +98,7 @@ std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
     const auto has_it = [&](const std::vector<std::string>& set) {
       return std::find(set.begin(), set.end(), info.id) != set.end();
     };
-    if (!info.variant.empty() || number_is_open(d, info.id) ||
+    if (!info.variant.empty() || number_is_open(d, info.id) || find_effect(d.base.model, info) != nullptr ||
         !std::all_of(d.sets.begin(), d.sets.end(), has_it))
       continue;
     const auto r = std::find_if(d.ranking.begin(), d.ranking.end(),
@@ -108,10 +108,12 @@ std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
   return std::nullopt;
 }
 
-// The first effect that is known with its number of periods a turn.
+// The first effect that is known with its period and that can be added: a model file holds it once, though
+// with a parameter held it may be named.
 std::optional<ModelEffect> first_known(const Diagnosis& d) {
   for (const ModelEffect& effect : d.additions)
-    if (!number_is_open(d, effect.id())) return effect;
+    if (!number_is_open(d, effect.id()) && find_effect(d.base.model, effect.effect->info()) == nullptr)
+      return effect;
   return std::nullopt;
 }
 

@@ -48,10 +48,14 @@ std::string other_numbers(const RankedEffect& ranked) {
     others.push_back(short_number(number));
   }
   const std::string axis = ranked.id.substr(ranked.id.find(':') + 1);
-  return "Which " + n.key + " it has is not known: at the positions of " + axis + " that were read " +
-         listed(others, " and ") + (n.also.size() > kMost ? " (and more)" : "") +
-         " do the same, and between these positions they do not. Compensate nothing there before " + axis +
-         " has been read off that grid. ";
+  const bool period = ranked.id.starts_with("periodic:"), one = n.also.size() == 1;
+  return "Which " + (period ? "period" : n.key) + " it has is not known: at the positions of " + axis +
+         " that were read " + listed(others, " and ") + (period ? " mm" : "") +
+         (n.also.size() > kMost ? " (and more)" : "") +
+         (one ? " does the same, and between these positions it does not"
+              : " do the same, and between these positions they do not") +
+         ". Compensate nothing there before " + axis + " has been read off that grid" +
+         (period ? ", 5 cm of it at steps of half a millimetre. " : ". ");
 }
 
 std::string described(const Atoms& atoms, const Atom& atom, const RankedEffect* ranked) {
@@ -192,8 +196,7 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
       if (d.only_number_is_open()) {
         out = "Missing in the model: " + listed(d.effects, " and ") +
               (d.effects.size() > 1 ? ". With them" : ". With it") +
-              " the rest is noise, but how often an error repeats in a turn is open." +
-              effects_text(d, atoms, found);
+              " the rest is noise, but how often an error repeats is open." + effects_text(d, atoms, found);
         break;
       }
       out = "Missing in the model: " + listed(d.effects, " and ") +
