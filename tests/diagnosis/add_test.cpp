@@ -49,9 +49,8 @@ TEST(LongAdd, StartsFromTheShapeThatTheDiagnosisFound) {
 // A model file holds an effect once: `improve` wrote one with periodic:X twice, and refused to read it.
 TEST(Improve, NamesNoEffectThatTheModelHas) {
   const Machine machine = shipped_machine("paper");
-  Campaign lasers;
-  lasers.angles = lasers.table = false;
-  Dataset data = measured(machine, plan_text(lasers), "[model]\nname = \"t\"\n", 5);
+  Dataset data = measured(machine, sweep_run("fine", "X", -100, 100, 101, "[1, 0, 0]", "displacement", {}),
+                          "[model]\nname = \"t\"\n", 5);
   const Observations o(machine, data);
   for (Eigen::Index i = 0; i < o.size(); ++i) {
     const double x = o.state(i).q[0];
