@@ -100,7 +100,7 @@ TEST(Circle, NearlyClosedIsNeitherFullNorNone) {
 TEST(Circle, NothingStandsBetweenItsCenterAndItsEnd) {
   for (const char* between :
        {"MCS/1,0,0,0,1,0,0,0,1,0,0,5", "MSYS/0,0,5,1,0,0,0,1,0", "TLAXIS/0,0.6,0.8", "MULTAX/OFF",
-        "UNITS/INCHES", "FROM/7,0,50", "LOADTL/2", "CYCLE/DRILL,DEPTH,5,CLEAR,3", "RAPID"}) {
+        "UNITS/INCHES", "FROM/7,0,50", "LOADTL/2", "CYCLE/DRILL,DEPTH,5,CLEAR,3", "RAPID/ON"}) {
     const std::string text =
         std::string("GOTO/10,0,50,0,0,1\nCIRCLE/0,0,50,0,0,1\n") + between + "\nGOTO/0,10,50\n";
     const std::string word(between, std::string(between).find('/'));

@@ -284,6 +284,8 @@ class Siemens(Iso):
         if bare == "TRAFOOF":
             self.tcp = False
             return True
+        if bare == "CYCLE800()":  # no plane is swivelled in these programs: of an earlier one
+            return True
         if bare in ("ORIAXES", "ORIMKS", "ORIWKS", "RTLION", "SOFT", "BRISK", "G500") or bare == "":
             return True
         return False
@@ -371,6 +373,9 @@ class Heidenhain(Control):
             number = re.search(r"Q339=\+?(\d+)", line)
             if number:
                 self.offset = int(number[1])
+            return
+        # No plane and no shift of this kind in these programs: of an earlier one.
+        if line == "PLANE RESET STAY" or re.fullmatch(r"CYCL DEF 7\.(0 DATUM SHIFT|1 X\+0|2 Y\+0|3 Z\+0)", line):
             return
         if re.match(r"CYCL DEF 32\.|CYCL DEF 9\.", line):
             return
