@@ -178,7 +178,7 @@ class Judge {
     families_ = std::max(1.0, static_cast<double>(said.ranking.size()));
     for (std::size_t k = 0; said.additions.size() > 1 && k < said.additions.size(); ++k)
       columns_without_.push_back(found_columns_ - columns_of({said.additions[k]}));
-    said_clean_ = clean(said);
+    said_clean_ = clean(said) && !leans_on_open_period(said);
     absurd_ = absurd(said.additions);
     small_readings_ = are_small(data_, Quantity::displacement) || are_small(data_, Quantity::rotation);
   }
@@ -598,6 +598,12 @@ class Judge {
   static bool clean(const Diagnosis& d) {
     return d.verdict == Verdict::nothing_to_find || d.verdict == Verdict::named ||
            d.verdict == Verdict::ambiguous || d.only_number_is_open();
+  }
+  // A wave with any of several periods follows a wrong run as well as an error of the axis.
+  static bool leans_on_open_period(const Diagnosis& d) {
+    return d.only_number_is_open() && std::any_of(d.ranking.begin(), d.ranking.end(), [](const auto& r) {
+             return r.number_is_open() && r.id.starts_with("periodic:");
+           });
   }
   // Of effects that were found. A length that somebody typed in is wrong sooner than a machine is.
   static bool absurd(const std::vector<ModelEffect>& effects) {
