@@ -71,9 +71,8 @@ Result<cl::ToolChange> ProgramTools::load(const cl::ToolChange& word, const std:
   }
   if (const LoadedTool* before = find(word.number)) {
     // A tool that is loaded again keeps the length that its first word gave.
-    if (!word.gauge_length_mm && before->source == LengthSource::cl_file) {
-      tool.length_mm = before->length_mm;
-    } else if (std::abs(before->length_mm - tool.length_mm) <= kSameLength_mm) {
+    if ((!word.gauge_length_mm && before->source == LengthSource::cl_file) ||
+        std::abs(before->length_mm - tool.length_mm) <= kSameLength_mm) {
       tool.length_mm = before->length_mm;
     } else {
       return fail(ErrorCode::wrong_input,
