@@ -133,7 +133,8 @@ std::vector<double> periods_alike(const Atoms& atoms, const EffectSet& set, std:
   const auto same = [&](double a, double b) { return std::abs(1.0 / a - 1.0 / b) < 1.0 / travel; };
   std::vector<double> out, looked = {own.shape[0]};
   for (const auto& [left, period] : others.scan(all, std::min(least, kNearlyAsWell * own_drop))) {
-    if (std::any_of(looked.begin(), looked.end(), [&](double other) { return same(other, period); }))
+    if (std::any_of(looked.begin(), looked.end(),
+                    [&, period = period](double other) { return same(other, period); }))
       continue;
     looked.push_back(period);
     if (const auto [drop, best] = refined_period(others, period, step);
