@@ -16,7 +16,6 @@ namespace {
 struct CalibrateCommand {
   std::vector<std::string> data;
   std::string machine, out, parameters;
-  bool accept_misfit = false;
   ResultOptions result;
 };
 
@@ -50,16 +49,13 @@ ExitCode run(const CalibrateCommand& command) {
   const auto found = probe::calibrate(*machine, *data);
   if (!found) return print_failure(diagnostics, found.error());
   if (found->misfit) {
-    const std::string words = probe::misfit_text(*found);
-    if (found->misfit->factor > probe::kMostMisfit && !command.accept_misfit)
-      return print_failure(diagnostics,
-                           {ErrorCode::check_failed,
-                            words + ". Nothing is written; --accept-misfit writes it all the same",
-                            data->files.front(),
-                            {}});
+    // A machine with other errors is calibrated like this, too, and then diagnosed: the file is written.
     diagnostics.warning(
         data->files.front(), {},
-        words + ". The sigmas are " + fixed_text(found->misfit->sigma_factor, 1) + " times wider for it");
+        probe::misfit_text(*found) + ". Look for the cause before parts are cut with the new file" +
+            (found->misfit->sigma_factor > 1.0
+                 ? "; its sigmas are " + fixed_text(found->misfit->sigma_factor, 0) + " times wider for it"
+                 : ""));
   }
   print(diagnostics);
   const auto calibrated = probe::machine_text_with_axes(*text, machine->file, found->machine);
@@ -95,9 +91,6 @@ void add_machine_calibrate_command(CLI::App& machine, int& exit) {
   c->add_option("--parameters", command->parameters,
                 "print this control's own numbers, too: controller file, or the name of one in "
                 "postconfigs/controllers");
-  c->add_flag("--accept-misfit", command->accept_misfit,
-              "write the file all the same where the readings scatter by more than three times their stated "
-              "uncertainty");
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });
 }

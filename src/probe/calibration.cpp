@@ -433,10 +433,13 @@ void name_misfit(const Fit& fit, const Fit::Solved& best, const diagnosis::Datas
   if (!beyond_chance(out.chi2, out.freedom)) return;
   const auto [run, rms_mm] = fit.worst_run(best.state);
   const double factor = std::sqrt(out.chi2 / out.freedom);
-  // The sigmas have the scatter already, as if it were noise or smooth. What is neither (a ball that moved
-  // half way) moves the lines by 2.6 of them RMS, 8 at most: three times wider they are right again
-  // (README, "Uncertainty"), and the whole factor of a hundred and more says nothing.
-  out.misfit = Misfit{factor, std::min(factor, kMostMisfit), data.context.runs[run].id, rms_mm};
+  // The sigmas have the scatter already, as if it were noise or smooth errors, and up to this factor they are
+  // right (README, "Misfit"). What is neither (a ball that moved half way) moves the lines by 2.6 of them
+  // RMS, 8 at most: three times wider they are right again, and the whole factor of a hundred and more says
+  // nothing.
+  constexpr double kOfSmallErrors = 3.0, kWider = 3.0;
+  const double wider = factor > kOfSmallErrors ? kWider : 1.0;
+  out.misfit = Misfit{factor, wider, data.context.runs[run].id, rms_mm};
   for (auto* numbers : {&out.estimates, &out.linear})
     for (Estimate& one : *numbers) one.sigma *= out.misfit->sigma_factor;
 }

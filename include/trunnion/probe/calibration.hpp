@@ -23,13 +23,10 @@ struct Estimate {
 /// one of 10 000 calibrations.
 struct Misfit {
   double factor = 1.0;        // scatter of the readings over their stated uncertainty; never below 1
-  double sigma_factor = 1.0;  // by which each sigma is wider for it
+  double sigma_factor = 1.0;  // by which each sigma is wider for it: above a factor of 3 it is no small error
   std::string worst_run;      // whose readings are off by most of their uncertainties
   double worst_rms_mm = 0.0;
 };
-/// Beyond this factor the lines are not those of the machine: a ball that was knocked, another tool, an error
-/// of the linear axes moves them by more than their sigmas say.
-constexpr double kMostMisfit = 3.0;
 
 struct Calibration {
   Machine machine;                  // with the lines of its rotary axes as found

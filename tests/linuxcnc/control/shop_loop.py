@@ -247,7 +247,7 @@ def calibrate(shop, nominal):
     calibrated = shop.folder / "calibrated.toml"
     _, csv, _ = shop.probe("coarse", nominal, TRUE_BALL, "--ball-mm", text_of(BALL), "--poses", 6, "--ball-uncertainty-mm", 4.5, "--slow-mm-min", 120,
                            "--fast-mm-min", 300)
-    shop.call("machine", "calibrate", csv, "-m", nominal, "-o", calibrated, "--accept-misfit", "--json", shop.folder / "calibrated.json")
+    shop.call("machine", "calibrate", csv, "-m", nominal, "-o", calibrated, "--json", shop.folder / "calibrated.json")
     with open(calibrated, "a") as file:
         file.write("\n[datum]\nprobed_at = { A_deg = 0, C_deg = 0 }\n")
     return calibrated, json.loads((shop.folder / "calibrated.json").read_text())
