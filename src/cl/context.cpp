@@ -265,9 +265,22 @@ void Context::retract(SourceRef where) {
   add_motion(where, {to, modal.axis_A, modal.feed, true});
 }
 
+void Context::refuse_under_cycle(SourceRef where, const std::string& what) {
+  if (!modal.cycle) return;
+  error(where, what + " while CYCLE is in force: CYCLE/OFF is missing before it");
+  modal.cycle.reset();
+}
+
 void Context::start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A) {
   if (modal.new_msys) settle_msys(axis_A);
-  modal.tip_A = tip_A;
+  constexpr double kThere_mm = 0.001;  // the last digit of most files
+  if (motion_count_ > 0 && (tip_A - modal.tip_A).norm() > kThere_mm)
+    warning_once(
+        "FROM behind motions", where,
+        "FROM names another place than the tool has come to: it moves nothing, the next motion begins "
+        "where the tool is");
+  else
+    modal.tip_A = tip_A;
   modal.axis_A = axis_A;
   modal.has_position = true;
   const From from{modal.X_PA * tip_A, modal.X_PA.R * axis_A};

@@ -79,13 +79,7 @@ void read_from(Context& context, const Statement& statement) {
   if (!three_or_six(context, statement)) return;
   const auto tip_A = context.point(statement, 0);
   const auto axis_A = axis_of(context, statement);
-  if (!tip_A || !axis_A) return;
-  constexpr double kThere_mm = 0.001;  // the last digit of most files
-  if (context.modal.has_position && (*tip_A - context.modal.tip_A).norm() > kThere_mm)
-    context.warning_once("FROM behind motions", statement.where,
-                         "FROM names another place than the tool has come to: it moves nothing, the next "
-                         "motion begins where the tool is");
-  context.start_from(statement.where, *tip_A, *axis_A);
+  if (tip_A && axis_A) context.start_from(statement.where, *tip_A, *axis_A);
 }
 
 // A rapid to the point, or to that of FROM.

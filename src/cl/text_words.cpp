@@ -81,6 +81,7 @@ void read_toolpath(Context& context, const Statement& statement) {
   const std::string_view name = statement.text.substr(0, comma);
   constexpr std::string_view kTool = ",TOOL,";
   const std::string_view behind = statement.text.substr(comma);
+  context.refuse_under_cycle(statement.where, "an operation begins");
   context.begin_operation(statement.where,
                           behind.starts_with(kTool) ? behind.substr(kTool.size()) : std::string_view{});
   context.modal.closing = "END-OF-PATH";

@@ -26,12 +26,7 @@ bool is_plain(const Statement& statement, std::size_t first) {
 void read_tool_number(Context& context, const Statement& statement, std::size_t first) {
   const auto number = context.whole(statement, first);
   if (!number) return;
-  if (context.modal.cycle) {
-    // All points behind it would be holes of the new tool.
-    context.error(statement.where,
-                  "a tool is loaded while CYCLE is in force: CYCLE/OFF is missing before it");
-    context.modal.cycle.reset();
-  }
+  context.refuse_under_cycle(statement.where, "a tool is loaded");
   context.modal.said.tool = *number;
   context.tool_loaded();
   ToolChange change{*number, std::nullopt, std::nullopt};

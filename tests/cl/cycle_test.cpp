@@ -172,6 +172,8 @@ TEST(Cycle, OfOneToolIsNotThatOfTheNext) {
   EXPECT_EQ(joined(read(holes + next).findings),
             "5:1: error: a tool is loaded while CYCLE is in force: CYCLE/OFF is missing before it\n");
   EXPECT_EQ(joined(read(holes + "CYCLE/OFF\n" + next).findings), "");
+  EXPECT_EQ(joined(read(holes + "TOOL PATH/MILL,TOOL,T4\nGOTO/0,0,-1\nEND-OF-PATH\n").findings),
+            "5:1: error: an operation begins while CYCLE is in force: CYCLE/OFF is missing before it\n");
 }
 
 TEST(Cycle, StepsArePecksUnderDrill) {

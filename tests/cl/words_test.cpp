@@ -22,6 +22,9 @@ TEST(Words, FromBehindMotionsMovesNothing) {
   EXPECT_EQ(joined(read(cl + "FROM/0,0,80\nGOTO/0,30,-20\n").findings),
             "3:1: warning: FROM names another place than the tool has come to: it moves nothing, the next "
             "motion begins where the tool is\n");
+  // Where it is, and not where FROM says.
+  EXPECT_EQ(nth_tip(read(cl + "FROM/0,0,80\nGODLTA/0,30,0\n"), 1), Vec3(0, 30, -20));
+  EXPECT_EQ(joined(read("FROM/0,0,80\nFROM/0,0,90\nGOTO/0,0,-20\n").findings), "");
 }
 
 TEST(Words, RapidOffMakesNoRapid) {
