@@ -219,9 +219,9 @@ class Context {
   void retract(SourceRef where);
   /// GOHOME without values: a rapid to where FROM stood; an error without FROM.
   void go_home(SourceRef where);
-  /// A position without a motion.
   /// All points behind it would be holes of what begins: an error where a CYCLE is in force, which ends.
   void refuse_under_cycle(SourceRef where, const std::string& what);
+  /// A position without a motion; behind motions the tool stays where it is.
   void start_from(SourceRef where, const Vec3& tip_A, const Vec3& axis_A);
   /// A motion of the plain kind straight into `record`; false when it is none and has to be read word by
   /// word.
