@@ -29,9 +29,9 @@ Value vector(const Vec3& v) {
   return {Array{real(v.x()), real(v.y()), real(v.z())}, {}};
 }
 
-class Writer {
+class PlanTableWriter {
  public:
-  Writer(const PlanRun& run, const Machine& machine) : run_(run), machine_(machine) {}
+  PlanTableWriter(const PlanRun& run, const Machine& machine) : run_(run), machine_(machine) {}
 
   Table table() {
     put("id", text(run_.id));
@@ -137,7 +137,7 @@ class Writer {
 }  // namespace
 
 config::Table plan_run_table(const PlanRun& run, const Machine& machine) {
-  return Writer(run, machine).table();
+  return PlanTableWriter(run, machine).table();
 }
 
 }  // namespace trunnion::diagnosis

@@ -12,16 +12,16 @@ namespace {
 
 constexpr double kInside = 1.0 * kRadPerDegree;  // that a pose stays within the travel of a rotary axis
 constexpr double kLargestTilt = 90.0 * kRadPerDegree;
-constexpr double kStep = 5.0 * kRadPerDegree;        // between readings on the fly
-constexpr double kStandStep = 15.0 * kRadPerDegree;  // between poses that stand
-constexpr double kMinutesStanding = 0.8;             // a pose
+constexpr double kStationStep = 5.0 * kRadPerDegree;  // between readings on the fly
+constexpr double kStandStep = 15.0 * kRadPerDegree;   // between poses that stand
+constexpr double kMinutesStanding = 0.8;              // a pose
 // A turn of the tool counts as the way of a point so far up the tool, so that turns on the spot are read,
 // too.
-constexpr double kArm_mm = 50.0;
-const std::vector<Vec3> kAll = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+constexpr double kToolAxisArm_mm = 50.0;
+const std::vector<Vec3> kSpaceAxes = {Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
 
 double way_between(const ToolPose& a, const ToolPose& b) {
-  return (b.tip_P - a.tip_P).norm() + kArm_mm * angle_between(a.axis_P, b.axis_P).rad();
+  return (b.tip_P - a.tip_P).norm() + kToolAxisArm_mm * angle_between(a.axis_P, b.axis_P).rad();
 }
 
 ToolPose between(const ToolPose& a, const ToolPose& b, double t) {
@@ -86,7 +86,7 @@ class StandardPlans {
   PlanRun base(const std::string& id) const {
     PlanRun run;
     run.id = id + suffix_;
-    run.n = kAll;
+    run.n = kSpaceAxes;
     run.tool_mm = machine_.tool_vector();
     run.u_random = set_up_.u_random_mm;
     return run;
@@ -156,17 +156,18 @@ class StandardPlans {
     constexpr double kLeastArm_mm = 1.0;
     if (radial.norm() < kLeastArm_mm) {
       refuse("the ball lies on axis " + axis.name + ": it needs an arm");
-      return kAll;
+      return kSpaceAxes;
     }
     return {axis.direction, radial.normalized(), axis.direction.cross(radial.normalized())};
   }
 
   void following(AxisId id, const std::string& test) {
     PlanRun run = base("ISO 10791-6 " + test + ", " + name(id));
-    auto values = reached_stations(id, kStep, {0.0});
+    auto values = reached_stations(id, kStationStep, {0.0});
     if (values.size() < 3) return refuse("run '" + run.id + "': the ball cannot be followed");
     run.n = directions(id);
-    moving(run, static_cast<double>(values.size()) * kStep * (place_P_ - machine_.axes[id].point_mm).norm());
+    moving(run, static_cast<double>(values.size()) * kStationStep *
+                    (place_P_ - machine_.axes[id].point_mm).norm());
     const std::vector<double> still = {0.0};
     run.path = PlanGrid{
         {{outer_, id == outer_ ? values : still}, {inner_, id == inner_ ? values : still}}, {}, place_P_};

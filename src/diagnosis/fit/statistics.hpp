@@ -4,6 +4,10 @@
 
 namespace trunnion::diagnosis {
 
+/// Evidence of 1000 : 1, as -2 ln of the ratio of two likelihoods: explanations that are nearer stay open,
+/// all of them.
+inline constexpr double kThousandToOne = 13.8;
+
 /// Largest minus smallest value; `values` is not empty.
 inline double peak_to_valley(const std::vector<double>& values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());

@@ -9,12 +9,11 @@
 
 #include "diagnosis/fit/float_products.hpp"
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/fit/twist_answers.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
-constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
 constexpr double kLeft =
     0.02;  // part of a column's square that base and set must leave: less is rounding in float
 constexpr double kMostNumbers = 1e8;  // readings times columns: keeps 10 000 readings within seconds
@@ -121,25 +120,14 @@ Statistic statistic(const MatrixXd& gram, const VectorXd& before, const VectorXd
 }  // namespace
 
 TwistBank::TwistBank(const Observations& o) : o_(o), functions_(state_functions(o)) {
-  // Twists that the readings answer to in different ways.
-  std::vector<VectorXd> found;
-  for (std::size_t link = 0; link < o.link_count(); ++link)
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      const VectorXd w = o.response(link).col(k);
-      if (!(w.norm() > kNoAnswer * std::sqrt(static_cast<double>(w.size())))) continue;
-      const auto same = std::find_if(found.begin(), found.end(), [&](const VectorXd& v) {
-        return std::abs(v.dot(w)) > kSameAnswer * v.norm() * w.norm();
-      });
-      if (same == found.end()) {
-        found.push_back(w);
-        links_of_.push_back({link});
-      } else {
-        links_of_[static_cast<std::size_t>(same - found.begin())].push_back(link);
-      }
-    }
+  const std::vector<TwistAnswer> found = twist_answers(o);
+  for (const TwistAnswer& answer : found) {
+    auto& links = links_of_.emplace_back();
+    for (const TwistPlace& place : answer.places) links.push_back(place.link);
+  }
   weights_.resize(o.size(), static_cast<Eigen::Index>(found.size()));
   for (std::size_t w = 0; w < found.size(); ++w)
-    weights_.col(static_cast<Eigen::Index>(w)) = (found[w] / found[w].norm()).cast<float>();
+    weights_.col(static_cast<Eigen::Index>(w)) = found[w].values.normalized().cast<float>();
   double numbers = 0.0;
   for (std::size_t f = 0; f < functions_.size(); ++f) {
     const StateFunctions& functions = functions_[f];

@@ -3,6 +3,9 @@
 
 namespace trunnion::diagnosis {
 
+/// Times its usual magnitude: an effect that is larger costs evidence, slowly.
+inline constexpr double kFarFromUsual = 10.0;
+
 /// A fit whose parameters stay near their usual size where the readings do not decide.
 struct SizedFit {
   FitCore core;                  // the fit as it was, or the one beside priors of the usual size

@@ -13,6 +13,7 @@
 
 #include "diagnosis/fit/condensed.hpp"
 #include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/twist_answers.hpp"
 #include "diagnosis/search/formula_terms.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
@@ -24,10 +25,8 @@ constexpr std::size_t kFirstTerms = 2;  // by which the twists are compared
 constexpr std::size_t kFinalParts = 2;
 constexpr std::size_t kFinalists = 6;   // twists that are looked at whole, with products of three
 constexpr std::size_t kLooked = 100;    // terms of which all is taken out that base and terms before take
-constexpr double kLeft = 1e-4;          // part of a column's square that base and terms must leave
+constexpr double kLeftOfColumn = 1e-4;  // part of a column's square that base and terms must leave
 constexpr double kSameDrop = 1e-5;      // of a sum of squares in single precision: rounding
-constexpr double kNoAnswer = 1e-9;      // RMS answer (mm or rad) to a unit twist below which it is rounding
-constexpr double kSameAnswer = 0.9999;  // cosine from which two twists are one to these readings
 constexpr int kGateRounds = 2;
 constexpr int kMostPlaces = 2000;
 constexpr std::size_t kMostEnds = 60;  // places that are tried for one end of a part
@@ -35,33 +34,6 @@ constexpr double kEndReach = 0.15;     // of the range: how far an end is moved 
 constexpr double kSamePart = 6.0;      // of the criterion: what two parts of their own may be worth
 constexpr double kTakenUp = 1e-4;      // of a constant's square, that set-ups leave
 constexpr double kWorthIt = 20.0;      // of the criterion: a hundred to one and more beyond the price
-
-// A component of a joint, and others that these readings do not tell from it.
-struct TwistPlace {
-  std::size_t link = 0;
-  Eigen::Index component = 0;
-};
-struct Answer {
-  VectorXd values;
-  std::vector<TwistPlace> places;
-};
-
-std::vector<Answer> answers(const Observations& o) {
-  std::vector<Answer> out;
-  for (std::size_t link = 0; link < o.link_count(); ++link)
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      const VectorXd w = o.response(link).col(k);
-      if (!(w.norm() > kNoAnswer * std::sqrt(static_cast<double>(w.size())))) continue;
-      const auto same = std::find_if(out.begin(), out.end(), [&](const Answer& a) {
-        return std::abs(a.values.dot(w)) > kSameAnswer * a.values.norm() * w.norm();
-      });
-      if (same == out.end())
-        out.push_back({w, {{link, k}}});
-      else
-        same->places.push_back({link, k});
-    }
-  return out;
-}
 
 // Terms that are 1 in a part of the range of one variable: a part is a stretch of the readings in the order
 // of the variable, so that sums over it are differences of running sums.
@@ -129,7 +101,7 @@ class FormulaSearch {
   FormulaSearch(const Observations& o, const FitCore& core)
       : o_(o),
         core_(core),
-        answers_(answers(o)),
+        answers_(twist_answers(o)),
         terms_(formula_terms(o)),
         parts_(parts_of(terms_)),
         taken_(taken_by(o, core)) {}
@@ -276,7 +248,7 @@ class FormulaSearch {
     Eigen::Index best = -1;
     double most = 0.0;
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
-      if (!(sizes[k] > kLeft * before[k])) continue;
+      if (!(sizes[k] > kLeftOfColumn * before[k])) continue;
       const double drop = moments[k] * moments[k] / sizes[k];
       // Of terms that are the same at these readings (a part in which an axis has one sense, with and without
       // that sense; the third and the sixth harmonic at multiples of 40 deg) the one that is simpler.
@@ -345,7 +317,7 @@ class FormulaSearch {
       for (const PartsOfVariable::Part& part : variable.parts) {
         const VectorXd sum = sums.col(part.to) - sums.col(part.from);
         const double free = sum[1] - sum.tail(taken_.cols()).squaredNorm();
-        all[part.term].score = free > kLeft * sum[1] ? sum[0] * sum[0] / free : 0.0;
+        all[part.term].score = free > kLeftOfColumn * sum[1] ? sum[0] * sum[0] / free : 0.0;
       }
     }
   }
@@ -372,7 +344,7 @@ class FormulaSearch {
     for (std::size_t k = 0; k < terms.size(); ++k)
       columns.col(static_cast<Eigen::Index>(k)) =
           answers_[answer].values.cwiseProduct(terms[k].values.cast<double>());
-    const MatrixXd q = pivoted_qr(core_.projected(columns), kLeft).Q;
+    const MatrixXd q = pivoted_qr(core_.projected(columns), kLeftOfColumn).Q;
     return core_.chi2() - (q.transpose() * core_.white).squaredNorm();
   }
   std::vector<FormulaTerm> exchanged(std::vector<FormulaTerm> terms, const TermGate& gate,
@@ -503,7 +475,7 @@ class FormulaSearch {
 
   const Observations& o_;
   const FitCore& core_;
-  std::vector<Answer> answers_;
+  std::vector<TwistAnswer> answers_;
   FormulaTerms terms_;
   std::vector<PartsOfVariable> parts_;
   MatrixXd taken_;

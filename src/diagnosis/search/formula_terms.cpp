@@ -26,9 +26,9 @@ std::string digits(double value) {
                                std::chars_format::general, 4);
   return {buffer.data(), r.ptr};
 }
-class Writer {
+class TermWriter {
  public:
-  Writer(const Variable& v, std::size_t number) : v_(v), number_(number) {}
+  TermWriter(const Variable& v, std::size_t number) : v_(v), number_(number) {}
 
   FormulaTerm term(const std::string& text, const std::function<double(double)>& f) const {
     FormulaTerm out;
@@ -160,7 +160,7 @@ bool carried(const Eigen::VectorXf& step) {
 
 void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.only_gates) return;
-  const Writer w(v, number);
+  const TermWriter w(v, number);
   const auto degree = static_cast<int>(v.covariate.distinct) - 1;
   if (v.rotary) {
     for (int n = 1; n <= 2; ++n)
@@ -172,7 +172,7 @@ void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>&
 
 void add_gates(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.no_gates) return;
-  const Writer w(v, number);
+  const TermWriter w(v, number);
   for (const double at : places_between(v.covariate.values, kStepPlaces)) {
     FormulaTerm step = w.step(at);
     if (carried(step.values)) to.push_back(std::move(step));
@@ -188,7 +188,7 @@ void add_gates(const Variable& v, std::size_t number, std::vector<FormulaTerm>& 
 void add_others(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.covariate.distinct < kFewestForGates) return;
   if (v.only_gates) return add_gates(v, number, to);
-  const Writer w(v, number);
+  const TermWriter w(v, number);
   const auto degree = static_cast<int>(v.covariate.distinct) - 1;
   for (int n = 3; n <= std::min(degree, 4); ++n) to.push_back(w.power(n));
   if (v.covariate.distinct >= kFewestForWaves) {

@@ -10,6 +10,7 @@
 
 #include "diagnosis/fit/float_products.hpp"
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/fit/usual_size.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -21,9 +22,9 @@ constexpr std::size_t kMostExchanged = 24;  // sets beside which a rival's membe
 constexpr int kMostSwaps = 6;               // of what was found for a smaller one
 constexpr double kSameSpan =
     0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
-// Evidence ratios in -2 ln. 1000 : 1: rivals within it are reported together (two effects that differ by 5.4
-// of chi-square, which noise moves by 4.6, are within it in 19 of 20 measurements). 100 : 1: worth a look.
-constexpr double kUndecided = 13.8;
+// Rivals within kThousandToOne are reported together (two effects that differ by 5.4 of chi-square, which
+// noise moves by 4.6, are within it in 19 of 20 measurements). An evidence ratio of 100 : 1 in -2 ln: worth a
+// look.
 constexpr double kWorthwhile = 9.2;
 // For one that contains what was found, 10 : 1: the smaller one that suffices is named, unless these
 // readings hardly see what the larger one has more.
@@ -45,7 +46,6 @@ constexpr double kWeakest = 1e-8;     // share of the best seen direction's squa
 constexpr double kSureAnyhow = 1e-6;  // p-value below which a few readings cannot be the reason
 constexpr double kSinglePrecision = 6e-8;  // relative rounding of inner products
 constexpr double kNoMatter = 0.1;          // of chi-square: rounding below it decides between no two sets
-constexpr double kFarFromUsual = 10.0;  // times its usual magnitude: an effect there costs evidence, slowly
 
 Families families(const std::vector<Atom>& members) {
   Families out;
@@ -426,7 +426,7 @@ std::vector<EffectSet> Search::rivals(EffectSet& found) {
     out.clear();
     for (const EffectSet& set : tried_) {
       if (set.members.empty() || set.members.size() > found.members.size() ||
-          set.criterion >= found.criterion + kUndecided || !set.significant(kRivalLevel))
+          set.criterion >= found.criterion + kThousandToOne || !set.significant(kRivalLevel))
         continue;
       const auto mine = families(found.members), other_ones = families(set.members);
       if (std::includes(mine.begin(), mine.end(), other_ones.begin(), other_ones.end())) continue;
@@ -451,7 +451,7 @@ std::vector<EffectSet> Search::rivals(EffectSet& found) {
           nested = nested || contains(other, own);
         }
       if (swapped) break;
-      const double margin = nested ? kUndecidedNested : kUndecided;
+      const double margin = nested ? kUndecidedNested : kThousandToOne;
       if (!no_rival && set.criterion < found.criterion + margin) out.push_back(set);
     }
   }

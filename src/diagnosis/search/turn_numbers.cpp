@@ -6,10 +6,11 @@
 
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/fit/statistics.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kAsWell = 13.8;  // of chi-square, an evidence ratio of 1000 : 1: as of rivals
 // Waves a quarter of a cycle apart over the travel do nearly the same: of the best of them a twentieth is
 // lost halfway between two, and from there a golden section finds it.
 constexpr double kStepsPerLine = 4.0, kNearlyAsWell = 0.85;
@@ -102,7 +103,7 @@ std::vector<double> numbers_alike(const Atoms& atoms, const EffectSet& set, std:
   for (double number = n.min; number <= n.max; number += 1.0) all.push_back(number);
   const double near = neighbourhood(atoms.observations(), effect.link().axis);
   std::vector<double> out;
-  for (const auto& [left, number] : others.scan(all, others.own_drop() - kAsWell * variance)) {
+  for (const auto& [left, number] : others.scan(all, others.own_drop() - kThousandToOne * variance)) {
     const auto close = [near, number = number](double other) { return std::abs(other - number) < near; };
     if (!close(own.shape[0]) && std::none_of(out.begin(), out.end(), close)) out.push_back(number);
   }
@@ -129,7 +130,7 @@ std::vector<double> periods_alike(const Atoms& atoms, const EffectSet& set, std:
   std::vector<double> all;
   for (double wave = slow; wave <= fast; wave += step) all.push_back(1.0 / wave);
   const OtherShapes others(atoms, set, member);
-  const double own_drop = others.own_drop(), least = own_drop - kAsWell * variance;
+  const double own_drop = others.own_drop(), least = own_drop - kThousandToOne * variance;
   const auto same = [&](double a, double b) { return std::abs(1.0 / a - 1.0 / b) < 1.0 / travel; };
   std::vector<double> out, looked = {own.shape[0]};
   for (const auto& [left, period] : others.scan(all, std::min(least, kNearlyAsWell * own_drop))) {

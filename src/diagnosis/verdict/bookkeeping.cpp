@@ -29,17 +29,16 @@ constexpr double kLeastNoise = 0.5;     // the same: less is no scatter that a m
 constexpr double kNoise = 1.4;          // chi-square per degree of a rest that is noise
 constexpr double kNearlyAll = 0.9;      // share where effects explain the readings too, with more parameters
 constexpr double kAbsurd = 50.0;        // usual magnitudes: no tool was set as badly; of the model's own too
-constexpr double kAbsurdOfMachine = 500.0;     // no error of a machine that moves is as large
-constexpr double kEvidence = 30.0;             // in -2 ln
-constexpr double kMoreEvidence = 90.0;         // the same where not only noise is left
-constexpr double kRival = 13.8;                // 1000 : 1, as between effects: what is nearer stays open
-constexpr double kAsGood = 30.0;               // of a further convention beside the best
-constexpr std::size_t kMostReadings = 2500;    // a convention concerns all: more only take time
-constexpr std::size_t kSearched = 5;           // conventions beside which effects are searched
-constexpr std::ptrdiff_t kSearchedOfRuns = 2;  // the same of single runs, signs and units apart
-constexpr double kOfBestRun = 0.1;             // least share of the best one's gain that is worth it
+constexpr double kAbsurdOfMachine = 500.0;            // no error of a machine that moves is as large
+constexpr double kEvidence = 30.0;                    // in -2 ln
+constexpr double kMoreEvidence = 90.0;                // the same where not only noise is left
+constexpr double kAsGood = 30.0;                      // of a further convention beside the best
+constexpr std::size_t kMostReadings = 2500;           // a convention concerns all: more only take time
+constexpr std::size_t kSearched = 5;                  // conventions beside which effects are searched
+constexpr std::ptrdiff_t kSearchedOfRuns = 2;         // the same of single runs, signs and units apart
+constexpr double kOfBestRun = 0.1;                    // least share of the best one's gain that is worth it
 constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
-constexpr double kMostOutliers = 0.05;
+constexpr double kMostOddReadings = 0.05;
 constexpr double kMostOffset_mm = 500.0;
 constexpr double kLeastLever_mm = 1.0, kLeastOffset_mm = 0.5, kLeastShift_s = 30.0;
 constexpr double kOfLost =
@@ -406,7 +405,7 @@ class Judge {
   bool explains(const Trial& t) const {
     const double n = std::log(static_cast<double>(data_.readings.size()));
     const double as_found = found_as_given_.deviance + found_columns_ * n + selection(1.0);
-    return t.fewer <= as_found + kRival || falls(as_given_, t.base, kHelps) ||
+    return t.fewer <= as_found + kThousandToOne || falls(as_given_, t.base, kHelps) ||
            (!said_clean_ && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
            (t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
             (small_readings_ || t.what.run));
@@ -475,7 +474,7 @@ class Judge {
   void add_runs(std::vector<Trial>& all) const {
     std::array<std::ptrdiff_t, 2> added = {0, 0};
     for (const RunFactor& f : of_runs_.better) {
-      if (f.gain < std::max(kRival, kOfBestRun * of_runs_.better.front().gain)) return;
+      if (f.gain < std::max(kThousandToOne, kOfBestRun * of_runs_.better.front().gain)) return;
       if (added[f.factor < 0.0 ? 0 : 1]++ >= kSearchedOfRuns) continue;
       Convention c;
       c.kind = f.factor < 0.0 ? ConventionKind::reading_sense : ConventionKind::unit;
@@ -510,7 +509,7 @@ class Judge {
     const Figures& known = absurd_ ? as_given_ : found_as_given_;
     const double to_beat = known.deviance + known.parameters * n;
     std::erase_if(all, [&](const Trial& t) {
-      return t.base.floor + t.base.parameters * n + price(t.what) > to_beat + kRival;
+      return t.base.floor + t.base.parameters * n + price(t.what) > to_beat + kThousandToOne;
     });
     best_of_each_kind(all);
     add_runs(all);
@@ -551,7 +550,7 @@ class Judge {
     const Diagnosis beside = searched(right, t.what.run.has_value());
     std::vector<bool> flags = beside.base.outlier;
     if (static_cast<double>(std::count(flags.begin(), flags.end(), true)) >
-        kMostOutliers * static_cast<double>(flags.size()))
+        kMostOddReadings * static_cast<double>(flags.size()))
       flags.clear();
     const Model needed = with(right.model, beside.additions), without = with(model_, beside.additions);
     const Figures after = fitted(right.machine, right.data, needed, flags, of_scale(t.what, data_));
@@ -587,11 +586,11 @@ class Judge {
     Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance +
                                                          after.parameters * n + selection(needed_effects)};
     // An effect that nobody needs any more is evidence, too, and has been paid for like the others.
-    const double enough = needed_effects < best_effects && noise_only_now ? kRival : kEvidence;
+    const double enough = needed_effects < best_effects && noise_only_now ? kThousandToOne : kEvidence;
     out.sure = evidence >= enough && (noise_only_now || steps_stay || far_nearer || little_stays);
     if (out.sure) return out;
     // Effects do about as well: nobody can tell from these readings.
-    const bool rival = found_columns_ > 0.0 && noise_only_now && evidence > -kRival;
+    const bool rival = found_columns_ > 0.0 && noise_only_now && evidence > -kThousandToOne;
     return rival ? std::optional(out) : std::nullopt;
   }
   // What is left is noise.

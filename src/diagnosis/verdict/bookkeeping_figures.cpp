@@ -26,7 +26,6 @@ double log_determinant(const Observations& o, const NoiseModel& noise) {
 // times too large fit as well as rotations that are 1000 times too small; but then every parameter is 1000
 // times its usual size.
 double of_sizes(const FitCore& core) {
-  constexpr double kFarFromUsual = 10.0;
   double out = 0.0;
   for (const FreeParameter& f : core.free) {
     const ModelEffect& effect = core.model.effects[f.effect];

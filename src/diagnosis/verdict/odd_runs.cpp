@@ -8,10 +8,10 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kTried = 3;       // the runs that misfit most, in each of two ways
-constexpr double kMisfits = 1.25;       // chi-square per reading of a run that does
-constexpr double kOfOddRun = 0.9;       // confidence in what the others show
-constexpr double kMostReadings = 5000;  // beyond, runs are many and one says little
+constexpr std::size_t kTried = 3;            // the runs that misfit most, in each of two ways
+constexpr double kMisfits = 1.25;            // chi-square per reading of a run that does
+constexpr double kOfOddRun = 0.9;            // confidence in what the others show
+constexpr double kMostReadingsByRun = 5000;  // beyond, runs are many and one says little
 
 // The runs that the model and what was found beside it explain worst, each as a whole and a reading: effects
 // that follow a wrong run leave less of it in its few readings than they do wrong in many of others.
@@ -98,7 +98,7 @@ std::vector<ModelEffect> common(const std::vector<Shown>& all) {
 void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d, const EffectSearch& search) {
   const bool named = d.verdict == Verdict::named_but_incomplete && !d.only_number_is_open();
   if ((!named && d.verdict != Verdict::not_in_library) || whole.runs().size() < 3 ||
-      static_cast<double>(whole.size()) > kMostReadings)
+      static_cast<double>(whole.size()) > kMostReadingsByRun)
     return;
   const Dataset& data = whole.data();
   if (named && shown(whole.machine(), data, with(model, d.additions), search)) return;

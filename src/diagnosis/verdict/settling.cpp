@@ -11,7 +11,6 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kAsLikely = 13.8;  // evidence ratio of 1 : 1000, in -2 ln, as of rivals among effects
 constexpr double kBesideSettling = 0.7, kOfSettling = 0.9;
 // From what a spindle or a clamp takes to what a casting takes, by factors of 1.65.
 constexpr double kShortest_s = 60.0, kLongest_s = 15000.0;
@@ -134,11 +133,11 @@ void doubt_beside_settling(const Observations& whole, const Model& model, const 
     if (is_steady_drift(effect)) continue;
     if (Settling one = settled.instead_of(d.additions, effect); one.ahead > best.ahead) best = std::move(one);
   }
-  if (best.ahead < -kAsLikely) return;
+  if (best.ahead < -kThousandToOne) return;
   const std::string what = "a drift that settles in each run, with a time constant of about " +
                            std::to_string(std::llround(best.tau_s)) + " s";
   const std::string order = in_another_order(whole, *best.of_position);
-  if (best.ahead > kAsLikely) {
+  if (best.ahead > kThousandToOne) {
     d.verdict = Verdict::not_in_library;
     d.confidence = kOfSettling;
     d.imitators = best.without;

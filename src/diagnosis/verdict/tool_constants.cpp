@@ -11,7 +11,6 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kRival = 13.8;         // evidence ratio of 1 : 1000, in -2 ln, as of rivals among effects
 constexpr double kDoubtfulDrift = 0.7;  // as of an effect beside an error that acts in a part only
 constexpr double kOfTool = 0.9;
 
@@ -79,11 +78,11 @@ void doubt_between_tools(const Observations& whole, const Model& model, const st
   const double ln_n = std::log(static_cast<double>(whole.size()));
   const double ahead =
       (thermal.chi2() - by_tool) / noise + (thermal_parameters - static_cast<double>(q.cols())) * ln_n;
-  if (ahead < -kRival) return;
+  if (ahead < -kThousandToOne) return;
   const std::string same =
       "the measured point of one tool or ball (its length, or its place beside the spindle's axis) that is "
       "wrong by a constant";
-  if (ahead > kRival) {
+  if (ahead > kThousandToOne) {
     d.verdict = Verdict::not_in_library;
     d.imitators = d.effects;
     d.confidence = kOfTool;
