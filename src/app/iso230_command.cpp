@@ -129,7 +129,7 @@ Result<Output> rotation(const Iso230Options& options, Diagnostics& diagnostics) 
 
 using Evaluate = std::function<Result<Output>(const Iso230Options&, Diagnostics&)>;
 
-Result<std::vector<NamedNumber>> numbers_of(const std::vector<std::string>& texts) {
+Result<std::vector<NamedNumber>> named_numbers(const std::vector<std::string>& texts) {
   std::vector<NamedNumber> out;
   for (const std::string& text : texts) {
     auto number = parse_named_number(text);
@@ -140,9 +140,9 @@ Result<std::vector<NamedNumber>> numbers_of(const std::vector<std::string>& text
 }
 
 Result<std::vector<HeldValue>> held(const Iso230Options& options, const std::vector<NamedValue>& values) {
-  const auto limits = numbers_of(options.limits);
+  const auto limits = named_numbers(options.limits);
   if (!limits) return tl::unexpected(limits.error());
-  const auto uncertainties = numbers_of(options.uncertainties);
+  const auto uncertainties = named_numbers(options.uncertainties);
   if (!uncertainties) return tl::unexpected(uncertainties.error());
   return hold_against(values, *limits, *uncertainties);
 }

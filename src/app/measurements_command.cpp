@@ -52,7 +52,7 @@ ExitCode write_page(const ResultOptions& result, const report::ResultText& said,
       said.json, [&] { return report::measurements_page(said, csv, machine); }, "");
 }
 
-std::vector<std::string> names_of(const std::string& list) {
+std::vector<std::string> listed_names(const std::string& list) {
   std::vector<std::string> out;
   for (std::size_t at = 0; at <= list.size();) {
     const std::size_t end = std::min(list.find(',', at), list.size());
@@ -92,11 +92,11 @@ Result<trace::TraceMeasurements> measured(TraceImport& command, const trace::Tra
 Result<trace::Trace> read_trace(const TraceImport& command, std::string_view text, const Machine& machine,
                                 Diagnostics& diagnostics) {
   if (!command.columns.empty())
-    return trace::parse_list(text, command.file, machine, {names_of(command.columns), command.period_s},
+    return trace::parse_list(text, command.file, machine, {listed_names(command.columns), command.period_s},
                              diagnostics);
   if (command.items.empty()) return trace::parse_trace(text, command.file, machine, diagnostics);
   trace::ShdrImport how;
-  for (const std::string& item : names_of(command.items)) {
+  for (const std::string& item : listed_names(command.items)) {
     const std::size_t at = item.find('=');
     if (at == std::string::npos || at == 0)
       return fail(ErrorCode::wrong_use, "--items are KEY=COLUMN with commas, not '" + item + "'");

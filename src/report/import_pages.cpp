@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMostSeries = 8;  // of one plot, as many as there are colours
 
-struct Range {
+struct ColumnRange {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
   void take(double v) {
@@ -158,7 +158,7 @@ Page measurements_page(const ResultText& result, const std::string& csv_text, co
   if (!runs.empty())
     page.facts.push_back({"runs", "runs", std::to_string(runs.size()), static_cast<double>(runs.size())});
   Section section{"What it holds", {}};
-  Range range;
+  ColumnRange range;
   if (csv.has("value")) {
     for (const double v : csv.numbers.at("value")) range.take(v);
   }
@@ -219,12 +219,12 @@ Page log_page(const ResultText& result, const thermal::Log& log) {
   ordered_json rows = json["runs"];
   std::vector<std::string> titles;
   for (const auto& c : log.channels) titles.push_back(c + " / µm");
-  std::vector<Range> all(log.channels.size());
+  std::vector<ColumnRange> all(log.channels.size());
   for (std::size_t r = 0; r < log.runs.size(); ++r) {
     const thermal::LogRun& run = log.runs[r];
     if (run.time_s.empty()) continue;
     for (std::size_t c = 0; c < log.channels.size(); ++c) {
-      Range range;
+      ColumnRange range;
       for (const double v : run.channel_mm[c]) range.take(v / kMmPerUm), all[c].take(v / kMmPerUm);
       rows[r][log.channels[c]] =
           range.known() ? short_number(range.low, 4) + " to " + short_number(range.high, 4) : "–";
@@ -278,7 +278,7 @@ Page tables_page(const ResultText& result, const std::vector<ErrorTable>& tables
     for (const auto& component : table.components) {
       // EXX is a translation, EAX a rotation.
       const bool angle = component.name.size() > 1 && component.name[1] <= 'C';
-      Range range;
+      ColumnRange range;
       Series s;
       s.name = component.name;
       for (std::size_t i = 0; i < component.values.size(); ++i) {

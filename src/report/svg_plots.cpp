@@ -19,7 +19,7 @@ constexpr double kLegendRow = 20;
 constexpr double kLetter = 7.2;             // width of one, on paper too
 constexpr std::size_t kDrawnPoints = 1600;  // of a line: about three a drawing unit
 
-struct Range {
+struct AxisRange {
   double min = std::numeric_limits<double>::infinity();
   double max = -std::numeric_limits<double>::infinity();
   void take(double v) {
@@ -193,7 +193,7 @@ double legend(Svg& svg, const XyPlot& plot) {
   return row + kLegendRow - kTop;
 }
 
-void ranges_of(const XyPlot& plot, Range& x, Range& y) {
+void ranges_of(const XyPlot& plot, AxisRange& x, AxisRange& y) {
   for (const Series& s : plot.series) {
     for (const double v : s.x) x.take(v);
     for (std::size_t i = 0; i < s.y.size(); ++i) {
@@ -215,7 +215,7 @@ void ranges_of(const XyPlot& plot, Range& x, Range& y) {
 }
 
 // Widens the range that has room so that a unit is as long on both axes.
-void equalise(Range& x, Range& y, double width, double height) {
+void equalise(AxisRange& x, AxisRange& y, double width, double height) {
   const double scale = std::min(width / (x.max - x.min), height / (y.max - y.min));
   const double more_x = (width / scale - (x.max - x.min)) / 2;
   const double more_y = (height / scale - (y.max - y.min)) / 2;
@@ -229,8 +229,8 @@ std::string svg_of(const XyPlot& plot, std::string_view title) {
   Svg svg(kWidth, kHeight, title);
   const double top = kTop + legend(svg, plot);
   const double bottom = kHeight - kBottom - room_of_names(plot.categories);
-  Range x_range;
-  Range y_range;
+  AxisRange x_range;
+  AxisRange y_range;
   ranges_of(plot, x_range, y_range);
   if (plot.equal_scales) equalise(x_range, y_range, kWidth - kLeft - kRight, bottom - top);
   const DrawnScale x(x_range.min, x_range.max, plot.x.logarithmic, kLeft, kWidth - kRight);
@@ -266,7 +266,7 @@ std::string svg_of(const XyPlot& plot, std::string_view title) {
 
 std::string svg_of(const BoxPlot& plot, std::string_view title) {
   Svg svg(kWidth, kHeight, title);
-  Range range;
+  AxisRange range;
   std::vector<std::string> names;
   for (const auto& sample : plot.samples) {
     names.push_back(sample.name);

@@ -142,12 +142,15 @@ std::string xml_escaped(const std::string& text) {
 }  // namespace
 
 ThermalService::ThermalService(ThermalModel model, const OffsetLimits& limits)
-    : model_(std::move(model)), limits_(limits), predictor_(model_, Readings::raw), follower_(limits) {
+    : model_(std::move(model)),
+      limits_(limits),
+      predictor_(model_, thermal::Readings::raw),
+      follower_(limits) {
   start_run();
 }
 
 void ThermalService::start_run() {
-  predictor_ = Predictor(model_, Readings::raw);
+  predictor_ = Predictor(model_, thermal::Readings::raw);
   follower_ = OffsetFollower(limits_);
   followed_s_.reset();
   temperature_degC_.assign(predictor_.sensors().size(), kNotRead);
