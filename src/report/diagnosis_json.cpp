@@ -87,6 +87,11 @@ double root_per_dof(double chi2, double dof) {
   return dof > 0.0 ? std::sqrt(chi2 / dof) : std::nan("");
 }
 
+ordered_json uneven_json(const std::optional<UnevenScatter>& scatter) {
+  if (!scatter) return nullptr;
+  return {{"depends_on", scatter->depends_on}, {"largest", scatter->largest}};
+}
+
 ordered_json bookkeeping_json(const std::vector<Bookkeeping>& all) {
   ordered_json out = ordered_json::array();
   for (const auto& b : all) {
@@ -204,8 +209,9 @@ std::string diagnosis_json(const Diagnosis& d, const Machine& machine) {
                         {"root_chi2_per_dof", optional(root_per_dof(d.chi2, d.dof))},
                         {"noise_floor_um", optional(d.noise_floor_um)},
                         {"noise_floor_urad", optional(d.noise_floor_urad)},
-                        {"noise_factor", d.noise_factor},
-                        {"autocorrelation", d.autocorrelation},
+                        {"noise_factor", d.scatter.factor},
+                        {"autocorrelation", d.scatter.autocorrelation},
+                        {"uneven_scatter", uneven_json(d.scatter.uneven)},
                         {"outliers", d.outliers},
                         {"explained", d.explained},
                         {"depends_on", dependences(d.depends_on)},

@@ -335,7 +335,7 @@ TEST(Diagnose, LargeEffectsOfAShortRunAreNoScatter) {
       const Dataset data = test::measured(machine, plan, truth, static_cast<std::uint64_t>(seed));
       const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, nothing));
       EXPECT_TRUE(holds(d, id)) << id << ": " << said(d);
-      EXPECT_LT(d.noise_factor, 1.5) << id;  // 54 readings: 1.2 is 3 standard deviations
+      EXPECT_LT(d.scatter.factor, 1.5) << id;  // 54 readings: 1.2 is 3 standard deviations
     }
   }
 }

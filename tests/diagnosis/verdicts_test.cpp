@@ -234,7 +234,7 @@ TEST(Verdict, DataProblemWhenTheUncertaintyIsTooSmallOrTooLarge) {
     plan.simulation = factor;
     const Diagnosis d = said_of(plan.text(), "");
     EXPECT_EQ(d.verdict, Verdict::data_problem) << factor << summary(d);
-    EXPECT_NEAR(d.noise_factor, std::stod(std::string(factor).substr(15)), 0.15);
+    EXPECT_NEAR(d.scatter.factor, std::stod(std::string(factor).substr(15)), 0.15);
   }
 }
 

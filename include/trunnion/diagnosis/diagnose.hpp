@@ -32,6 +32,7 @@ struct DiagnoseOptions {
   bool plan = true;              // propose the next measurement
   bool conventions = true;       // try what may be the wrong way round in the files
   bool formula = true;           // propose one for what no effect of the library explains
+  bool weigh = true;             // readings by their scatter, where it is surely uneven
 };
 
 struct Rival {
@@ -90,6 +91,24 @@ struct NextMeasurement {
   double wrong_before = 0.5, wrong_after = 0.5;  // chance of a wrong name
 };
 
+/// Readings that scatter more than others, as far as the residual tells, and what that hangs on.
+struct UnevenScatter {
+  std::vector<std::string>
+      depends_on;  // "run", "quantity", "distance" (from the middle), an axis; largest first
+  double largest = 1.0;
+  std::vector<double> factor;  // of each reading's `u_random`: 1 of those that scatter least, else larger
+};
+
+/// How the readings scatter.
+struct ScatterSeen {
+  double factor = 1.0;           // true over stated uncertainty (that of `uneven` included)
+  double autocorrelation = 0.0;  // along the runs
+  std::optional<UnevenScatter> uneven;
+};
+
+/// The readings with the uncertainties that an uneven scatter gives them.
+Dataset weighed(Dataset data, const UnevenScatter& scatter);
+
 struct Diagnosis {
   Verdict verdict = Verdict::nothing_to_find;
   std::vector<std::string> effects;            // best first
@@ -104,8 +123,7 @@ struct Diagnosis {
   std::vector<Dependence> leftover;    // of the residual after adding `effects`
   std::vector<std::string> imitators;  // effects that together imitate what one unknown function does
   double explained = 0.0;              // share of the structure that `effects` explain
-  double autocorrelation = 0.0;        // of the noise, along the runs
-  double noise_factor = 1.0;           // true over stated uncertainty, as far as the residual tells
+  ScatterSeen scatter;
   std::size_t outliers = 0;
   bool only_rounding = false;       // what is left is no larger than the step of the readings makes it
   std::optional<HeldOutHarm> harm;  // why what fits is not named

@@ -97,6 +97,8 @@ Correlation correlation_along(const Atoms& atoms, const MatrixXd& basis, const V
   return out;
 }
 
+}  // namespace
+
 MatrixXd joined_basis(const MatrixXd& set, const MatrixXd& surrogate) {
   MatrixXd rest = surrogate;
   take_out(set, rest);
@@ -107,8 +109,6 @@ MatrixXd joined_basis(const MatrixXd& set, const MatrixXd& surrogate) {
   out << set, q;
   return out;
 }
-
-}  // namespace
 
 double NoiseScale::test_dof() const {
   return dof + kPriorDof;

@@ -20,6 +20,9 @@ struct NoiseScale {
 NoiseScale noise_scale(const Atoms& atoms, const Remainder& set, const MatrixXd& surrogate,
                        std::uint64_t seed);
 
+/// Orthonormal basis of what both span; `set` is one already.
+MatrixXd joined_basis(const MatrixXd& set, const MatrixXd& surrogate);
+
 /// Test statistic of orthonormal columns U on residual r: b' (U'RU)^-1 b / variance with the correlation R of
 /// the noise.
 double corrected_drop(const MatrixXd& U, const VectorXd& r, const NoiseScale& noise);

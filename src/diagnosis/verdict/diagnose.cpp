@@ -9,6 +9,7 @@
 #include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/fit/heldout.hpp"
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/fit/uneven_scatter.hpp"
 #include "diagnosis/fit/usual_size.hpp"
 #include "diagnosis/search/leftover.hpp"
 #include "diagnosis/search/neighbours.hpp"
@@ -102,6 +103,7 @@ class Engine {
         run_factors_ = run_factors(atoms, multiplicity_, level(), options_.max_effects);
       left_out_ = base.whitening->noise().used;
       left_out_.flip();
+      if (options_.weigh && condensed_ == whole_) look_at_scatter(atoms, outcome.found);
       return d;
     }
   }
@@ -109,6 +111,8 @@ class Engine {
   const std::vector<bool>& left_out() const { return left_out_; }
   /// After run(), where something is wrong: of single runs, whose readings may have the wrong sign or unit.
   const RunFactors& of_runs() const { return run_factors_; }
+  /// After run(): whether the readings scatter unevenly; not looked at where they were taken together.
+  const std::optional<UnevenScatter>& scatter() const { return scatter_; }
 
  private:
   double level() const { return kShareOfLevel * options_.alpha; }
@@ -326,6 +330,11 @@ class Engine {
     return find_outliers(o_, fit_core(o_, with(atoms, set), {.robust = false}));
   }
 
+  void look_at_scatter(const Atoms& atoms, const EffectSet& found) {
+    const FitCore all = fit_core(o_, with(atoms, found), {.robust = false});
+    scatter_ = uneven_scatter(o_, all, surrogate_for(all));
+  }
+
   // Readings that stand out together are no outliers: they are neighbours and stand out to the same side, or
   // one function of the state explains most of what they are off by.
   bool structured(const Atoms& atoms, const EffectSet& set, const std::vector<bool>& flags) {
@@ -341,8 +350,8 @@ class Engine {
     const FitCore& base = atoms.base();
     d.chi2 = base.chi2();
     d.dof = base.dof();
-    d.autocorrelation = x.noise.phi;
-    d.noise_factor = std::sqrt(x.noise.raw_variance);
+    d.scatter.autocorrelation = x.noise.phi;
+    d.scatter.factor = std::sqrt(x.noise.raw_variance);
     d.null_directions = open_directions(o_, base);
     d.base = fit(*whole_, model_);
     sizes(d, base, x.noise);
@@ -631,6 +640,7 @@ class Engine {
   bool keep_all_ = false;  // no reading is an outlier
   std::vector<bool> left_out_;
   RunFactors run_factors_;
+  std::optional<UnevenScatter> scatter_;
 };
 
 }  // namespace
@@ -767,7 +777,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   Diagnosis out = first.run();
   if (!options.conventions || out.rows.contradicted) return out;
   DiagnoseOptions quick = options;
-  quick.plan = quick.formula = quick.conventions = false;
+  quick.plan = quick.formula = quick.conventions = quick.weigh = false;
   const EffectSearch search = [&](const Machine& m, const Dataset& d, const Model& known) {
     return engine(std::make_shared<const Observations>(m, d), known, quick).run();
   };
@@ -780,6 +790,14 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     out.verdict = Verdict::ambiguous;
     out.confidence = kAmongSets;
     out.paragraph = either_text(out) + " " + out.paragraph;
+    return out;
+  }
+  if (out.bookkeeping.empty() && first.scatter()) {
+    DiagnoseOptions once = options;
+    once.weigh = false;
+    out = diagnose(machine, weighed(data, *first.scatter()), given, once, extra);
+    out.scatter.uneven = first.scatter();
+    out.paragraph += uneven_text(*out.scatter.uneven);
     return out;
   }
   if (out.bookkeeping.empty()) {

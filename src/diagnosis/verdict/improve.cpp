@@ -179,7 +179,10 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     if (!next || k == options.most_steps) return steps;
     const Diagnosis& said = steps.back().diagnosis;
     Model parent = steps.back().model;
-    now = from_the_start(add_and_fit(machine, data, parent, {*next}, &said).model, model);
+    const auto& uneven = said.scatter.uneven;
+    const std::optional<Dataset> by_scatter = uneven ? std::optional(weighed(data, *uneven)) : std::nullopt;
+    const Dataset& fitted = by_scatter ? *by_scatter : data;
+    now = from_the_start(add_and_fit(machine, fitted, parent, {*next}, &said).model, model);
     now.name = model.name + " + " + next->id();
   }
 }

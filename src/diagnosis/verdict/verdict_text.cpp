@@ -248,7 +248,7 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
       out = "The readings do not fit their own uncertainty: chi-square is " + short_number(d.chi2) + " for " +
             short_number(d.dof) +
             " degrees of freedom, and no smooth structure explains it. The scatter suggests an uncertainty " +
-            short_number(d.noise_factor) +
+            short_number(d.scatter.factor) +
             " times the stated one. Check u_random, the repeatability of the instrument, and rows that were "
             "entered twice.";
       break;
@@ -262,12 +262,12 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
         "do not show.";
   if (d.outliers > 0)
     out += " " + std::to_string(d.outliers) + " reading(s) stand far out and were left out.";
-  if (d.autocorrelation > 0.0)
-    out += " Successive readings are correlated (" + short_number(d.autocorrelation) +
+  if (d.scatter.autocorrelation > 0.0)
+    out += " Successive readings are correlated (" + short_number(d.scatter.autocorrelation) +
            "): the tests allow for it.";
   if (d.verdict != Verdict::data_problem && !d.only_rounding &&
-      (d.noise_factor > 1.12 || d.noise_factor < 0.88))
-    out += " The scatter is " + short_number(d.noise_factor) + " times the stated uncertainty; check it.";
+      (d.scatter.factor > 1.12 || d.scatter.factor < 0.88))
+    out += " The scatter is " + short_number(d.scatter.factor) + " times the stated uncertainty; check it.";
   if (d.next) out += " Next measurement: " + d.next->why;
   return out;
 }
@@ -372,6 +372,20 @@ std::string_view text_of(Verdict verdict) {
       return "bookkeeping";
   }
   return "";
+}
+
+std::string uneven_text(const UnevenScatter& scatter) {
+  std::string by;
+  for (const std::string& name : scatter.depends_on) {
+    if (!by.empty()) by += " and ";
+    by += name == "run"        ? "from run to run"
+          : name == "quantity" ? "between displacements and rotations"
+          : name == "distance" ? "with the distance from the middle of the places"
+                               : "along " + name;
+  }
+  return " The readings scatter unevenly, which changes " + by + ": those that scatter most do so " +
+         short_number(scatter.largest) +
+         " times as much, against their stated uncertainty, as the quietest. They were weighed by it.";
 }
 
 }  // namespace trunnion::diagnosis

@@ -34,4 +34,7 @@ std::string either_text(const Diagnosis& d);
 std::string odd_runs_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
                           const Dataset& data, const std::vector<std::size_t>& runs);
 
+/// What the scatter hangs on, and that the readings were weighed by it; begins with a space.
+std::string uneven_text(const UnevenScatter& scatter);
+
 }  // namespace trunnion::diagnosis
