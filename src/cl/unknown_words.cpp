@@ -54,6 +54,21 @@ std::optional<Neighbour> neighbour_of(std::string_view word) {
   return std::nullopt;
 }
 
+// "N20 LOADTL": the word, where one stands behind a block number.
+std::string_view behind_block_number(std::string_view word) {
+  if (!word.starts_with('N')) return {};
+  const auto digits = word.find_first_not_of("0123456789", 1);
+  if (digits == std::string_view::npos || digits == 1) return {};
+  word.remove_prefix(digits);
+  for (const auto list : {motion_words(), circle_words(), cycle_words(), frame_words(), catia_words(),
+                          nurbs_words(), process_words(), tool_words(), text_words()})
+    for (const WordReading& known : list)
+      if (known.word == word) return known.word;
+  const auto refused = refused_words();
+  const auto it = std::find(refused.begin(), refused.end(), word);
+  return it == refused.end() ? std::string_view{} : *it;
+}
+
 /// Three or six numbers and nothing else: a point, or a point and a tool axis.
 bool looks_like_a_point(const Statement& statement) {
   const std::size_t count = statement.fields.size();
@@ -88,6 +103,11 @@ void judge_unknown(Context& context, const Statement& statement) {
   }
   if (statement.text.starts_with("=")) {
     context.error(statement.where, word + "=: this is APT source language, not CL data");
+    return;
+  }
+  if (const auto known = behind_block_number(statement.word); !known.empty()) {
+    context.error(statement.where, word + ": a block number before " + std::string(known) +
+                                       "; statements of a CL file have none: take the numbers out");
     return;
   }
   // A misspelt motion must not get lost with a warning.

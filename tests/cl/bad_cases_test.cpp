@@ -100,6 +100,12 @@ TEST(BadCases, AnUnknownWordThatMayBeAMotionIsAnError) {
             "SYN/'GTO','$$')\n");
   EXPECT_EQ(verdict("MOVETO/0,0,-10").substr(0, 61),
             "2:1: error: MOVETO is not known, and its 3 numbers may be a p");
+  // A number before a word hides what it says.
+  EXPECT_EQ(verdict("N20 LOADTL/7"),
+            "2:1: error: N20LOADTL: a block number before LOADTL; statements of a CL file have none: take "
+            "the numbers out\n");
+  EXPECT_NE(verdict("N50 CUTCOM/LEFT").find("error: N50CUTCOM: a block number before CUTCOM"),
+            std::string::npos);
   EXPECT_EQ(verdict("MOVETO/0,0,-10,5"), "2:1: warning: MOVETO is not known and was skipped\n");
   EXPECT_EQ(verdict("CIRCEL/0,0,0,0,0,1").substr(0, 84),
             "2:1: error: CIRCEL is not known, and its 6 numbers may be a point; did you mean CIRC");
