@@ -717,5 +717,56 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
   }
 }
 
+// Spindle, tools and motions in the order in which they act: "S800 T7 cut S0".
+std::string order_of(const std::string& text, const std::string& control) {
+  std::string out;
+  for (const Block& block : read(text, control)) {
+    std::string word;
+    if (const auto* spindle = std::get_if<Spindle>(&block))
+      word = "S" + std::to_string(spindle->turn == SpindleTurn::off ? 0 : spindle->rpm);
+    else if (const auto* call = std::get_if<ToolCall>(&block))
+      word = "T" + std::to_string(call->tool);
+    else if (const auto* coolant = std::get_if<Coolant>(&block))
+      word = coolant->kind == CoolantKind::off ? "dry" : "wet";
+    else if (const auto* motion = std::get_if<Motion>(&block))
+      word = motion->kind == MotionKind::feed ? "cut" : "rapid";
+    if (!word.empty()) out += (out.empty() ? "" : " ") + word;
+  }
+  return out;
+}
+
+TEST(OtherWords, ASpeedBesideAToolChangeIsThatOfTheNewTool) {
+  const std::string head = "BEGIN PGM A MM\nTOOL CALL 4 Z S800\nM3\nL X+0 Y+0 Z+50 R0 FMAX\n";
+  const std::string end = "L Z+50 FMAX\nM30\nEND PGM A MM\n";
+  EXPECT_EQ(order_of(head + "TOOL CALL 7 Z S18000\nM3\n" + end, "heidenhain_tnc640"),
+            "T4 S800 rapid T7 S18000 rapid");
+  EXPECT_EQ(order_of(head + "TOOL CALL 7 Z S18000\n" + end, "heidenhain_tnc640"), "T4 S800 rapid T7 rapid");
+  EXPECT_EQ(order_of("G21 G90\nT4 M6\nS800 M3\nG0 X0 Y0\nS2000 T7 M6\nM3\nG0 X1\nM30\n", "linuxcnc"),
+            "T4 S800 rapid T7 S2000 rapid");
+}
+
+TEST(OtherWords, ASpeedAloneChangesThatOfTheSpindleThatTurns) {
+  const std::string head = "BEGIN PGM A MM\nTOOL CALL 4 Z S800\nM3\nL X+0 Y+0 Z+50 R0 FMAX\n";
+  const std::string end = "L X+20 F100\nM30\nEND PGM A MM\n";
+  EXPECT_EQ(order_of(head + "TOOL CALL Z S3000\n" + end, "heidenhain_tnc640"), "T4 S800 rapid S3000 cut");
+  EXPECT_EQ(order_of(head + "TOOL CALL Z S3000\nM3\n" + end, "heidenhain_tnc640"), "T4 S800 rapid S3000 cut");
+  EXPECT_EQ(order_of(head + "TOOL CALL Z S800\n" + end, "heidenhain_tnc640"), "T4 S800 rapid cut");
+  EXPECT_EQ(order_of(head + "M5\nTOOL CALL Z S3000\nM3\n" + end, "heidenhain_tnc640"),
+            "T4 S800 rapid S0 S3000 cut");
+}
+
+TEST(OtherWords, WhatEndsInTheBlockOfAMotionDoesSoBehindIt) {
+  const std::string klartext =
+      "BEGIN PGM A MM\nTOOL CALL 4 Z S800\nM3\nM8\nL X+0 Y+0 Z+50 R0 FMAX\nL X+10 F100 M9\nL X+20 M5\n"
+      "M30\nEND PGM A MM\n";
+  EXPECT_EQ(order_of(klartext, "heidenhain_tnc640"), "T4 S800 wet rapid cut dry cut S0");
+  const std::string iso =
+      "G21 G90 G54\nT4 M6\nS800 M3\nM8\nG0 X0. Y0. Z50.\nG1 X10. F100. M9\nX20. M5\nG3 X30. Y10. R10. "
+      "M3\nM30\n";
+  EXPECT_EQ(order_of(iso, "haas_ngc"), "T4 S800 wet rapid cut dry cut S0 S800");
+  // LinuxCNC stops first: its order of execution.
+  EXPECT_EQ(order_of(iso, "linuxcnc"), "T4 S800 wet rapid dry cut S0 cut S800");
+}
+
 }  // namespace
 }  // namespace trunnion::nc

@@ -73,6 +73,9 @@ struct Controller {
     std::string separator = " ";   // between words
     std::string end = "\n";
     std::size_t m_words = 0;  // M words that the control takes in one block; 0: as many as stand there
+    /// M3, M5 and M9 beside a motion act before it. Else nobody knows: in programs of others M5 and M9 act
+    /// behind it, and of our own none starts the spindle in the block of a cut.
+    bool m_words_before_motion = false;
   } line;
 
   struct BlockNumbers {

@@ -68,6 +68,7 @@ void read_layout(Section& root, Controller& c) {
     read_integer(s, "max_characters", c.line.max_length, 40, 10000);
     read_into(s, "separator", c.line.separator);
     read_integer(s, "m_words", c.line.m_words, 0, 99);
+    read_into(s, "m_words_before_motion", c.line.m_words_before_motion);
     read_choice<std::string>(s, "end", {{"lf", "\n"}, {"crlf", "\r\n"}}, c.line.end);
   });
   in_section(root, "block_numbers", [&](Section& s) {

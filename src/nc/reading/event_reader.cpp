@@ -26,6 +26,9 @@ void EventReader::run(const FoundEvent& found) {
   if (s_.language.others && found.event.kind == EventKind::remember &&
       found.pattern->origin.starts_with("[tilted_plane] on"))
     s_.program.plane_since = s_.findings.line;
+  // 'TOOL CALL Z S3000', a line of its own. Of our programs the lines of a template stand together.
+  if (s_.language.others && found.event.kind == EventKind::remember && found.captures.has(Placeholder::rpm))
+    s_.change_speed(found.captures[Placeholder::rpm]);
   if (found.event.kind == EventKind::plane_off) s_.program.plane_since = 0;
   if (found.event.kind == EventKind::tape && s_.language.others)
     return s_.error(std::max(found.column, 1U),

@@ -13,10 +13,11 @@ struct LineMotion {
   bool has_feed = false;
   Number feed;
   std::uint32_t column = 0;
-  bool rapid = false;        // by a word that holds for this line only
-  bool named = false;        // a motion word stands in the line
-  bool absolute = false;     // coordinates are, from this line on
-  bool is_resolved = false;  // OtherWords::resolve has been at its words
+  bool rapid = false;         // by a word that holds for this line only
+  bool named = false;         // a motion word stands in the line
+  bool absolute = false;      // coordinates are, from this line on
+  bool is_resolved = false;   // OtherWords::resolve has been at its words
+  bool changes_tool = false;  // a speed beside it is that of the new tool
 };
 
 }  // namespace trunnion::nc

@@ -446,7 +446,7 @@ bool LineReader::take_words(LineMotion& m) {
       m.feed = word.number;
     } else if (!s_.language.others && contradicts(word, m)) {
       return s_.error(word.column, "'" + text_of(word) + kOtherOfGroup), false;
-    } else if (!take_simple(word, m) && !keep(word)) {
+    } else if (!take_simple(word, m) && !keep(word, m)) {
       return unknown_word(word), false;
     }
   }
@@ -477,19 +477,14 @@ bool LineReader::says_twice() {
   return false;
 }
 
-bool LineReader::keep(const Word& word) {
+bool LineReader::keep(const Word& word, const LineMotion& m) {
   auto placeholder = s_.language.simple.kept[static_cast<std::size_t>(word.letter - '@') & 31U];
   if (placeholder == 0 && s_.language.others && word.letter == 'S')
     placeholder = static_cast<std::uint8_t>(Placeholder::rpm) + 1;
   if (placeholder == 0) return false;
   s_.kept.set(static_cast<Placeholder>(placeholder - 1), word.number);
-  // A speed alone changes that of a spindle that turns; whether it does behind a tap is not known.
-  Spindle now = s_.modal.spindle.value_or(Spindle{});
-  if (static_cast<Placeholder>(placeholder - 1) == Placeholder::rpm && now.turn != SpindleTurn::off &&
-      to_rounded_quanta(word.number, 0, now.rpm) && now.rpm != s_.modal.spindle->rpm) {
-    s_.modal.spindle = now;
-    s_.emit(now);
-  }
+  if (static_cast<Placeholder>(placeholder - 1) == Placeholder::rpm && !m.changes_tool)
+    s_.change_speed(word.number);
   return true;
 }
 
@@ -527,6 +522,8 @@ std::vector<FoundEvent> LineReader::find_events(LineMotion& m) {
   }
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.event.kind < b.event.kind; });
+  m.changes_tool = std::any_of(events.begin(), events.end(),
+                               [](const FoundEvent& e) { return e.event.kind == EventKind::tool; });
   return events;
 }
 
@@ -580,16 +577,41 @@ bool LineReader::match_words(const Pattern& pattern, FoundEvent& found) {
   return true;
 }
 
+bool LineReader::acts_behind_motion(const FoundEvent& found) const {
+  if (!s_.language.others || s_.c.line.m_words_before_motion) return false;
+  const auto kind = found.event.kind;
+  return (kind == EventKind::spindle && found.event.argument == static_cast<int>(SpindleTurn::off)) ||
+         (kind == EventKind::coolant && found.event.argument == static_cast<int>(CoolantKind::off));
+}
+
+bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m) {
+  if (s_.language.others || s_.c.line.m_words_before_motion || m.words.mask == 0 || m.rapid ||
+      found.event.kind != EventKind::spindle || found.event.argument == static_cast<int>(SpindleTurn::off) ||
+      m.kind.value_or(s_.modal.motion_kind.value_or(MotionKind::rapid)) != MotionKind::feed)
+    return false;
+  s_.error(std::max(found.column, 1U),
+           "the spindle is started in the block of a cut: some controls do so when the block is done, and "
+           "the tool stands in the cut. Start it in a block before");
+  return true;
+}
+
 void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m) {
   bool moved = false;
+  std::vector<const FoundEvent*> behind;
   for (const auto& found : events) {
     const auto kind = found.event.kind;
+    if (acts_behind_motion(found)) {
+      behind.push_back(&found);
+      continue;
+    }
+    if (may_start_late(found, m)) return;
     if (m.words.mask != 0 && excludes_motion(kind)) {
       return s_.error(m.column, "axis words stand in one block with words that exclude motion");
     }
     // Stops and the end take place when the motion of their block is done.
     if (!moved && kind >= EventKind::stop) {
       run_motion(m);
+      for (const FoundEvent* last : std::exchange(behind, {})) events_.run(*last);
       moved = true;
     }
     const bool is_shape = kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe;
@@ -601,6 +623,7 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
     events_.run(found);
   }
   if (!moved) run_motion(m);
+  for (const FoundEvent* last : behind) events_.run(*last);
 }
 
 bool LineReader::excludes_motion(EventKind kind) {

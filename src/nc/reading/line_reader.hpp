@@ -37,7 +37,7 @@ class LineReader {
   /// It and another word of the line cannot both hold (G0 and G1).
   bool contradicts(const Word& word, const LineMotion& m) const;
   /// T before M6, S before M3: on lines of their own.
-  bool keep(const Word& word);
+  bool keep(const Word& word, const LineMotion& m);
   bool is_word_of(const Word& word, AxisLetter letter, std::int64_t quanta) const;
   std::string text_of(const Word& word) const;
   void unknown_word(const Word& word);
@@ -53,6 +53,10 @@ class LineReader {
   bool contradict(const std::vector<FoundEvent>& events);
   void run_events(const std::vector<FoundEvent>& events, LineMotion& m);
   static bool excludes_motion(EventKind kind);
+  /// Of programs of others: what ends with the motion of its block.
+  bool acts_behind_motion(const FoundEvent& found) const;
+  /// Of our own: a spindle that may stand while its block cuts; with a message.
+  bool may_start_late(const FoundEvent& found, const LineMotion& m);
 
   // Motion.
   void run_line();

@@ -133,6 +133,14 @@ void ReadState::follow_spindle(std::int64_t rpm) {
              : 0;
 }
 
+void ReadState::change_speed(const Number& rpm) {
+  Spindle now = modal.spindle.value_or(Spindle{});
+  if (now.turn == SpindleTurn::off || !to_rounded_quanta(rpm, 0, now.rpm) || now.rpm == modal.spindle->rpm)
+    return;
+  modal.spindle = now;
+  emit(now);
+}
+
 std::int64_t ReadState::unwrapped(AxisLetter letter, std::int64_t value) const {
   if (!c.rotary.is_modulo(letter) || !modal.position.has(letter)) return value;
   const std::int64_t from = modal.position[letter];

@@ -93,6 +93,8 @@ struct ReadState {
   void follow_spindle() {
     follow_spindle(modal.spindle && modal.spindle->turn != SpindleTurn::off ? modal.spindle->rpm : 0);
   }
+  /// A speed alone: that of a spindle that turns changes. Whether it does behind a tap is not known.
+  void change_speed(const Number& rpm);
   /// Where a modulo axis stands behind a word, in turns that go on from where it stood.
   std::int64_t unwrapped(AxisLetter letter, std::int64_t value) const;
 

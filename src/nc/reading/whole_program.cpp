@@ -11,6 +11,11 @@ WholeProgram::WholeProgram(const Controller& controller, const PatternSet& patte
   for (const std::string& line : controller.program.setup) {
     for (const std::string& word : setup_words(line)) setup_[pattern_key(word)].text = word;
   }
+  // What an aborted program left on: where these words are missing the first motions go elsewhere.
+  if (controller.tcp.off_at_start && !controller.tcp.off.empty())
+    ends_earlier_[EventKind::tcp_off] = controller.tcp.off.back();
+  if (controller.tilted_plane.off_at_start && !controller.tilted_plane.off.empty())
+    ends_earlier_[EventKind::plane_off] = controller.tilted_plane.off.back();
   for (const auto* list : {&patterns.words, &patterns.phrases}) {
     for (const Pattern& pattern : *list) {
       for (const Pattern::Others& others : pattern.others) {
@@ -42,6 +47,7 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
     if (expected_.erase(pattern.key) == 0 && pattern.is_part) open_.push_back({pattern.key, place});
     return {};
   }
+  ends_earlier_.erase(pattern.event.kind);
   // The lines before it are its own, or nothing may stand open.
   if (pattern.others.empty()) {
     said_.clear();
@@ -80,6 +86,10 @@ std::string WholeProgram::moves() {
       return "the program moves and has not said '" + word.text + "' ([program] setup of " +
              controller_.file + ")";
   }
+  if (!ends_earlier_.empty())
+    return "the program moves and has not said '" + ends_earlier_.begin()->second +
+           "', which ends what an aborted program may have left on (off_at_start of " + controller_.file +
+           ")";
   return missing();
 }
 

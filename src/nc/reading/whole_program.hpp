@@ -11,8 +11,8 @@
 namespace trunnion::nc {
 
 /// What must stand in a program for its lines to mean what their templates say: before the first motion all
-/// words of [program] setup, and of each template of several lines all of them, one after the other. Messages
-/// are empty where nothing is wrong.
+/// words of [program] setup and those that end what an abort left on, and of each template of several lines
+/// all of them, one after the other. Messages are empty where nothing is wrong.
 class WholeProgram {
  public:
   WholeProgram(const Controller& controller, const PatternSet& patterns);
@@ -37,9 +37,10 @@ class WholeProgram {
   std::string missing();
 
   const Controller& controller_;
-  std::map<std::string, SetupWord> setup_;  // by key
-  std::set<std::string> lines_;             // keys of all lines beside the one that means an event
-  std::set<std::string> said_;              // of those, since the last such one
+  std::map<std::string, SetupWord> setup_;         // by key
+  std::map<EventKind, std::string> ends_earlier_;  // not said so far: the word of each
+  std::set<std::string> lines_;                    // keys of all lines beside the one that means an event
+  std::set<std::string> said_;                     // of those, since the last such one
   struct OpenLine {
     std::string key, place;
   };
