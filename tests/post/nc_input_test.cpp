@@ -337,6 +337,29 @@ TEST(NcInput, ProgramsOfOthersAreRead) {
   }
 }
 
+// The speed of the tool before is not that of the new one, and whether M3 goes on is not known.
+TEST(NcInput, ACutBehindAToolChangeWantsTheSpindleStarted) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto part = [](const std::string& of_second) {
+    return "BEGIN PGM A MM\nTOOL CALL 4 Z S800\nM3\nL A+0 C+0 R0 FMAX\nL X+0 Y+0 FMAX\nL Z+50 FMAX\n"
+           "L Z-1 F100\nL Z+50 FMAX\n" +
+           of_second +
+           "L A+0 C+0 R0 FMAX\nL X+20 Y+0 FMAX\nL Z+50 FMAX\nL Z-1 F100\nL X+30\nL Z+50 FMAX\nM30\n"
+           "END PGM A MM\n";
+  };
+  const ReadFrom from{machine, "heidenhain_tnc640"};
+  for (const char* second : {"TOOL CALL 7 Z S18000\n", "M5\nTOOL CALL 7 Z S18000\n"}) {
+    const auto p = reposted(part(second), from, machine, {}, "fanuc_30i");
+    EXPECT_FALSE(p.report) << second;
+    EXPECT_NE(said(p).find("a cut behind a tool change, and the spindle is not started"), std::string::npos)
+        << said(p);
+  }
+  const auto right = reposted(part("TOOL CALL 7 Z S18000\nM3\n"), from, machine, {}, "fanuc_30i");
+  ASSERT_TRUE(right.report) << said(right);
+  // The old tool never turns at the speed of the new one.
+  EXPECT_LT(right.nc.find("T7 M6"), right.nc.find("S18000 M3"));
+}
+
 struct RefusedLines {
   const char* lines;
   const char* says;

@@ -147,6 +147,8 @@ void NcWalk::hold_register(std::int64_t number, SourceRef where) {
 void NcWalk::take_process(const nc::Block& block, SourceRef where) {
   if (const auto* spindle = std::get_if<nc::Spindle>(&block)) {
     spindle_ = *spindle;
+    change_.turned = change_.turned || spindle->turn != nc::SpindleTurn::off;
+    change_.spindle_open = false;
     cl::Spindle out;
     out.state = spindle->turn == nc::SpindleTurn::off ? cl::Spindle::State::off : cl::Spindle::State::on;
     if (spindle->rpm > 0) out.speed_rpm = static_cast<double>(spindle->rpm);
@@ -186,6 +188,7 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
   moved_.low = false;
   moved_.above = false;
   spindle_ = {};
+  change_.spindle_open = change_.turned;
   double length_mm = keep_.tools->length_mm.value_or(origin_.machine->tool_length_mm);
   if (keep_.tools->table != nullptr) {
     if (const auto known = keep_.tools->table->find(number); known != keep_.tools->table->end())
@@ -280,6 +283,17 @@ bool NcWalk::turns_between(const BlockEnd& from, const JointVector& words) const
 bool NcWalk::may_cut(SourceRef where) {
   const bool needs_length = in_force_.in_part() ? !origin_.controller->tcp.replaces_length || in_force_.plane
                                                 : origin_.machine->output_point == OutputPoint::tip;
+  if (change_.spindle_open) {
+    refuse(
+        where, "spindle",
+        "a cut behind a tool change, and the spindle is not started: whether it turns, and how fast, "
+        "controls "
+        "differ in ('" +
+            (origin_.controller->spindle_clockwise.empty() ? "M3"
+                                                           : origin_.controller->spindle_clockwise.back()) +
+            "' behind the change)");
+    return false;
+  }
   if (change_.length_open && !in_force_.in_part() && origin_.words == FromWords::refused) {
     refuse(
         where, "open length",
@@ -678,9 +692,9 @@ void NcWalk::put_shape(const nc::Hole& hole, const JointVector& words, bool acro
 void NcWalk::take(const nc::Hole& hole) {
   const std::uint16_t missing = in_force_.wanted() & static_cast<std::uint16_t>(~hole.words.mask);
   if (missing != 0 || !at_) return refuse(hole.source, "unknown", unknown_place("a hole", missing));
-  if (!may_cut(hole.source)) return;
   const bool is_tap = hole.kind == nc::Hole::Kind::tap;
   if (is_tap && !put_spindle_of(hole)) return;
+  if (!may_cut(hole.source)) return;
   const JointVector words = axis_words_.internal(hole.words);
   const cl::Feed feed = feed_of(hole);
   if (!stands_in_plane(pose_at(words), hole.source)) return;

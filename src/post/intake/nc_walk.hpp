@@ -128,6 +128,8 @@ class NcWalk {
     bool length_on = false;                     // a word said so, for this tool
     bool length_open = false;                   // for the tool before it, and nothing since
     bool ever = false;
+    bool turned = false;        // the spindle has, for any tool
+    bool spindle_open = false;  // it did for a tool before, and nothing is said since
   } change_;
   nc::Spindle spindle_;
   JointVector rotary_;          // as STANDS had them, or the motions since
