@@ -67,6 +67,20 @@ Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnosti
   return log;
 }
 
+// It goes on from the start of each run, and a program is no run of the measurement.
+void warn_of_time_drift(const Model& model, Diagnostics& diagnostics) {
+  const bool drifts = std::any_of(model.effects.begin(), model.effects.end(), [](const ModelEffect& e) {
+    return e.effect->info().id == "time_drift" &&
+           std::any_of(e.parameters.begin(), e.parameters.end(),
+                       [](const ParameterValue& p) { return p.value != 0.0; });
+  });
+  if (drifts)
+    diagnostics.warning(model.file, {},
+                        "time_drift is compensated from the start of the program for as long as it runs. It "
+                        "was seen in runs of a measurement; a machine that is warm does not drift so. "
+                        "--no-thermal leaves it out");
+}
+
 }  // namespace
 
 Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
@@ -184,6 +198,7 @@ Result<std::optional<Model>> PostCliOptions::load_errors(
     return !(info.kind == EffectClass::thermal ? no_thermal : no_geometric);
   });
   if (no_geometric) kept.lag_of_all_axes_s = 0.0;
+  warn_of_time_drift(kept, diagnostics);
   if (has_values(kept)) return std::optional<Model>(std::move(kept));
   if (!has_values(*loaded)) diagnostics.warning(model, {}, "no effect has a value: nothing is compensated");
   return std::optional<Model>{};

@@ -122,5 +122,26 @@ TEST_F(MeasuredReach, OfTemperaturesWhileItRuns) {
   EXPECT_THAT(said_at({{-4.0}, {2.0}, {1.0}}), HasSubstr("T_room 16 to 22 degC (measured: 20 to 23)"));
 }
 
+TEST_F(MeasuredReach, AlsoOfALogThatEndsBeforeTheProgram) {
+  const auto said_of = [&](std::vector<double> time_s) {
+    const Model model = measured(machine_, "");
+    TemperatureHistory history;
+    history.time_s = std::move(time_s);
+    history.temperature_K.assign(history.time_s.size(), {});
+    const auto p = test::posted(kCut, machine_, {}, "linuxcnc", &model, &history);
+    if (!p.report) throw std::runtime_error(p.report.error().text());
+    std::vector<std::string> out;
+    for (const Finding& f : p.diagnostics.findings())
+      if (f.message.find("temperature log") != std::string::npos) out.push_back(f.message);
+    return out;
+  };
+  EXPECT_TRUE(said_of({0.0, 3600.0}).empty());
+  EXPECT_TRUE(said_of({0.0}).empty());  // always the same
+  const auto of_epoch = said_of({1.7e9, 1.7e9 + 3600.0});
+  ASSERT_EQ(of_epoch.size(), 1U);
+  EXPECT_THAT(of_epoch[0], HasSubstr("covers 1700000000 to 1700003600 s, and the program runs from 0 to"));
+  EXPECT_EQ(said_of({0.0, 5.0}).size(), 1U);
+}
+
 }  // namespace
 }  // namespace trunnion::post

@@ -33,7 +33,8 @@ inline post::ToolOptions with_some_tool(post::ToolOptions tools, const std::stri
 
 /// CL text posted into memory.
 inline Posted posted(const std::string& cl, const Machine& given, post::PostOptions options = {},
-                     const std::string& control = "linuxcnc", const Model* model = nullptr) {
+                     const std::string& control = "linuxcnc", const Model* model = nullptr,
+                     const post::TemperatureHistory* temperatures = nullptr) {
   Machine machine = given;
   machine.switchable_kinematics = machine.switchable_kinematics || options.rtcp;
   options.tools = with_some_tool(options.tools, cl, machine);
@@ -43,6 +44,7 @@ inline Posted posted(const std::string& cl, const Machine& given, post::PostOpti
   job.machine = &machine;
   job.controller = &c;
   job.model = model;
+  job.temperatures = temperatures;
   Posted out;
   out.report = post::post(
       std::make_unique<TextOf>(cl), job, options,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "trunnion/base/number_text.hpp"
+
 namespace trunnion::post {
 
 void MeasuredReach::take(const Chunk& chunk) {
@@ -37,7 +39,23 @@ MeasuredRanges MeasuredReach::used(const Posting& posting) const {
   return out;
 }
 
+void MeasuredReach::warn_of_log(Posting& posting) {
+  constexpr double kHeld = 0.1;  // of the program's time: what is held for longer is worth a word
+  const TemperatureHistory* history = posting.job.temperatures;
+  if (history == nullptr || history->time_s.size() < 2) return;
+  const double first_s = history->time_s.front(), last_s = history->time_s.back();
+  const double end_s = posting.report.duration_s;
+  if (first_s <= kHeld * end_s && last_s >= (1.0 - kHeld) * end_s) return;
+  posting.diagnostics.warning(
+      "", {},
+      "the temperature log covers " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
+          " s, and the program runs from 0 to " + fixed_text(end_s, 0) +
+          " s: where the log says nothing its first or last values are held. Is its time in seconds from "
+          "the start of the program?");
+}
+
 void MeasuredReach::warn(Posting& posting) const {
+  warn_of_log(posting);
   if (!cuts_) return;
   const std::string beyond = beyond_measured(posting.job.model->valid, used(posting));
   if (beyond.empty()) return;

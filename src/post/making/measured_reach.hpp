@@ -12,10 +12,12 @@ class MeasuredReach {
       : asked_(posting.job.model != nullptr && !posting.job.model->valid.empty()) {}
 
   void take(const Chunk& chunk);
-  /// One warning, with all axes and temperatures that go beyond, when the program is at its end.
+  /// When the program is at its end: one warning with all axes and temperatures that go beyond, and one where
+  /// the temperatures of most of the program are not known.
   void warn(Posting& posting) const;
 
  private:
+  static void warn_of_log(Posting& posting);
   MeasuredRanges used(const Posting& posting) const;
 
   bool asked_, cuts_ = false;
