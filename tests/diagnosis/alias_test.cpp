@@ -176,5 +176,32 @@ TEST(Aliases, AWaveOfTwoStepsHasAnAmplitude) {
   EXPECT_LT(*wave.parameters[0].sigma, 5e-3);
 }
 
+// At every 60 degrees sin 4C is -sin 2C: what is named may be another wave, and between the places it is
+// worse.
+TEST(Aliases, WavesOfARotaryAxisAtFewPlacesAreSaid) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const auto paragraph = [&](const std::string& c) {
+    std::string plan;
+    for (const auto& [id, ball] : {std::pair{"one", "[80, 0, 60]"}, std::pair{"two", "[0, 90, 120]"}})
+      plan += std::string("[[run]]\nid = \"") + id +
+              "\"\nminutes = 20\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+              "u_random = 0.8\nu_common = 0.3\ntool_z_mm = -150\ngrid = { A_deg = [-20, 0, 25, 50, 80], "
+              "C_deg = " +
+              c + " }\nball_mm = " + ball + "\n";
+    const Dataset data = test::measured(
+        machine, plan,
+        "[model]\nname = \"t\"\n[[effect]]\nid = \"component:ECC\"\n[effect.parameters]\nsin2_urad = 60\n",
+        1);
+    const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kNoEffects), {.plan = false});
+    EXPECT_EQ(d.effects, std::vector<std::string>{"component:ECC"}) << d.paragraph;
+    return d.paragraph;
+  };
+  EXPECT_NE(paragraph("[0, 60, 120, 180, 240, 300]")
+                .find("C stood at steps of 60 deg only, at which an error of 4 or 5 waves a turn looks like "
+                      "component:ECC: read C between them, too"),
+            std::string::npos);
+  EXPECT_EQ(paragraph("[0, 50, 100, 170, 240, 310]").find("stood at steps"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

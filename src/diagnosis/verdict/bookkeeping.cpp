@@ -40,6 +40,7 @@ constexpr double kOfBestRun = 0.1;                    // least share of the best
 constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
 constexpr double kMostOddReadings = 0.05;
 constexpr double kMostOffset_mm = 500.0;
+constexpr double kMostToolOffset_mm = 250.0;  // nothing that is measured stands farther beside its tool
 constexpr double kLeastLever_mm = 1.0, kLeastOffset_mm = 0.5, kLeastShift_s = 30.0;
 constexpr double kOfLost =
     2.0;  // in chi-square: of a reading that a shift of the clock leaves without a state
@@ -311,6 +312,7 @@ class Judge {
         return c.by_mm.norm() >= (c.in_readings ? kLeastOffset_mm : kLeastLever_mm) &&
                c.by_mm.norm() <= kMostOffset_mm;
       case ConventionKind::tool_offset:
+        return c.by_mm.norm() >= kLeastOffset_mm && c.by_mm.norm() <= kMostToolOffset_mm;
       case ConventionKind::ball_offset:
         return c.by_mm.norm() >= kLeastOffset_mm && c.by_mm.norm() <= kMostOffset_mm;
       case ConventionKind::time_shift:

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "trunnion/base/units.hpp"
+
 #include "diagnosis/verdict/bookkeeping.hpp"
 
 namespace trunnion::diagnosis {
@@ -17,6 +19,40 @@ std::string conventions_text(const std::vector<Bookkeeping>& all) {
     out += all[k].words;
   }
   return out;
+}
+
+// 360 deg over the widest step of which all places of a rotary axis are multiples, counted from the first; 0
+// where no step of 45 deg and more is.
+int places_a_turn(const Observations& o, AxisId axis) {
+  constexpr double kSame_rad = 2e-4;  // as people write positions
+  constexpr int kFewest = 5, kMost = 8;
+  for (int m = kFewest; m <= kMost; ++m) {
+    const double step = kTwoPi / m;
+    bool all = true;
+    for (Eigen::Index i = 0; i < o.size() && all; ++i)
+      all = std::abs(std::remainder(o.state(i).q[axis] - o.state(0).q[axis], step)) < kSame_rad;
+    if (all) return m;
+  }
+  return 0;
+}
+
+// A wave of n times a turn looks at m places as one of m - n times; begins with a space.
+std::string coarse_places_text(const Atoms& atoms, const EffectSet& found) {
+  const Observations& o = atoms.observations();
+  for (const Atom& atom : found.members) {
+    const Effect& effect = atoms.effect(atom);
+    const bool twice = std::any_of(effect.info().parameters.begin(), effect.info().parameters.end(),
+                                   [](const Parameter& p) { return p.name == "cos2"; });
+    if (!twice) continue;
+    const AxisId axis = effect.link().axis;
+    const int m = places_a_turn(o, axis);
+    if (m == 0) continue;
+    const std::string& name = o.machine().axes[axis].name;
+    return " " + name + " stood at steps of " + short_number(360.0 / m) + " deg only, at which an error of " +
+           std::to_string(m - 2) + " or " + std::to_string(m - 1) + " waves a turn looks like " +
+           effect.info().id + ": read " + name + " between them, too, before you compensate.";
+  }
+  return {};
 }
 
 std::string percent(double share) {
@@ -268,6 +304,7 @@ std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& f
   if (d.verdict != Verdict::data_problem && !d.only_rounding &&
       (d.scatter.factor > 1.12 || d.scatter.factor < 0.88))
     out += " The scatter is " + short_number(d.scatter.factor) + " times the stated uncertainty; check it.";
+  if (!d.effects.empty()) out += coarse_places_text(atoms, found);
   if (d.next) out += " Next measurement: " + d.next->why;
   return out;
 }
