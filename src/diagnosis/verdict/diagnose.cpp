@@ -41,7 +41,7 @@ constexpr int kMostRounds = 3;  // of the judgement of outliers
 constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
-constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95;
+constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
@@ -797,6 +797,8 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     once.weigh = false;
     out = diagnose(machine, weighed(data, *first.scatter()), given, once, extra);
     out.scatter.uneven = first.scatter();
+    // What scatters may be an error that goes up and down between the places that were read.
+    if (out.verdict == Verdict::nothing_to_find) out.confidence = std::min(out.confidence, kOfUneven);
     out.paragraph += uneven_text(*out.scatter.uneven);
     return out;
   }

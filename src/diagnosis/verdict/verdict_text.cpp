@@ -422,7 +422,9 @@ std::string uneven_text(const UnevenScatter& scatter) {
   }
   return " The readings scatter unevenly, which changes " + by + ": those that scatter most do so " +
          short_number(scatter.largest) +
-         " times as much, against their stated uncertainty, as the quietest. They were weighed by it.";
+         " times as much, against their stated uncertainty, as the quietest. They were weighed by it. Read "
+         "places of the noisy part again: what comes back is an "
+         "error, and no scatter.";
 }
 
 }  // namespace trunnion::diagnosis
