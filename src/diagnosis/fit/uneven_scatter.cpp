@@ -186,6 +186,7 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
   if (out.depends_on.empty()) return std::nullopt;
 
   std::vector<double> sigma;
+  sigma.reserve(counted.size());
   for (const Eigen::Index i : counted) sigma.push_back(std::sqrt(now.values[i]));
   const double least = quantile(sigma, kOfLeast);
   if (quantile(sigma, kOfMost) < kWorthIt * least) return std::nullopt;
