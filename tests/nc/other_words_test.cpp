@@ -743,6 +743,8 @@ TEST(OtherWords, ASpeedBesideAToolChangeIsThatOfTheNewTool) {
   EXPECT_EQ(order_of(head + "TOOL CALL 7 Z S18000\n" + end, "heidenhain_tnc640"), "T4 S800 rapid T7 rapid");
   EXPECT_EQ(order_of("G21 G90\nT4 M6\nS800 M3\nG0 X0 Y0\nS2000 T7 M6\nM3\nG0 X1\nM30\n", "linuxcnc"),
             "T4 S800 rapid T7 S2000 rapid");
+  EXPECT_EQ(order_of("G21 G90\nT4 M6\nS800 M3\nG0 X0 Y0\nS2000 T7 M6 M3\nG0 X1\nM30\n", "linuxcnc"),
+            "T4 S800 rapid T7 S2000 rapid");
 }
 
 TEST(OtherWords, ASpeedAloneChangesThatOfTheSpindleThatTurns) {

@@ -310,6 +310,22 @@ TEST(Reader, TakesAsManyMWordsInABlockAsTheControl) {
     EXPECT_NO_THROW(read(control, "S100 M3 M8\nM30")) << control;
 }
 
+// Haas does what M words say when the block is done.
+TEST(Reader, RefusesASpindleThatStartsInTheBlockOfACut) {
+  const std::string to = "G94 G0 X0. Y0. Z10.\n";
+  for (const char* control : {"haas_ngc", "fanuc_30i"}) {
+    EXPECT_THAT(first_error_of(control, to + "S100 G1 Z5. F100. M3\nM30\n"),
+                HasSubstr("the spindle is started in the block of a cut"))
+        << control;
+    EXPECT_NO_THROW(read(control, to + "S100 M3\nG1 Z5. F100. M3\nM30\n")) << control;  // it turns already
+    EXPECT_NO_THROW(read(control, to + "S100 G0 Z5. M3\nM30\n")) << control;
+    EXPECT_THAT(first_error_of(control, to + "S100 M3\nG1 Z5. F100. M4\nM30\n"),
+                HasSubstr("the spindle is started in the block of a cut"))
+        << control;
+  }
+  EXPECT_NO_THROW(read("linuxcnc", to + "S100 G1 Z5. F100. M3\nM30\n"));  // before the motion
+}
+
 // Where the control wants tool-centre-point control to be off.
 TEST(Reader, RefusesARetractUnderToolCentrePointControl) {
   EXPECT_THAT(

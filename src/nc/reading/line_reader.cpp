@@ -577,15 +577,19 @@ bool LineReader::match_words(const Pattern& pattern, FoundEvent& found) {
   return true;
 }
 
-bool LineReader::acts_behind_motion(const FoundEvent& found) const {
-  if (!s_.language.others || s_.c.line.m_words_before_motion) return false;
+bool LineReader::acts_last(const FoundEvent& found, const LineMotion& m) const {
+  if (!s_.language.others) return false;
   const auto kind = found.event.kind;
+  if (kind == EventKind::spindle && m.changes_tool) return true;
+  if (s_.c.line.m_words_before_motion) return false;
   return (kind == EventKind::spindle && found.event.argument == static_cast<int>(SpindleTurn::off)) ||
          (kind == EventKind::coolant && found.event.argument == static_cast<int>(CoolantKind::off));
 }
 
 bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m) {
-  if (s_.language.others || s_.c.line.m_words_before_motion || m.words.mask == 0 || m.rapid ||
+  const bool turns_so =
+      s_.modal.spindle && s_.modal.spindle->turn == static_cast<SpindleTurn>(found.event.argument);
+  if (turns_so || s_.language.others || s_.c.line.m_words_before_motion || m.words.mask == 0 || m.rapid ||
       found.event.kind != EventKind::spindle || found.event.argument == static_cast<int>(SpindleTurn::off) ||
       m.kind.value_or(s_.modal.motion_kind.value_or(MotionKind::rapid)) != MotionKind::feed)
     return false;
@@ -600,7 +604,7 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
   std::vector<const FoundEvent*> behind;
   for (const auto& found : events) {
     const auto kind = found.event.kind;
-    if (acts_behind_motion(found)) {
+    if (acts_last(found, m)) {
       behind.push_back(&found);
       continue;
     }

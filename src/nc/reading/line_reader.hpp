@@ -53,8 +53,8 @@ class LineReader {
   bool contradict(const std::vector<FoundEvent>& events);
   void run_events(const std::vector<FoundEvent>& events, LineMotion& m);
   static bool excludes_motion(EventKind kind);
-  /// Of programs of others: what ends with the motion of its block.
-  bool acts_behind_motion(const FoundEvent& found) const;
+  /// Of programs of others: what ends with the motion of its block, and the spindle beside a tool change.
+  bool acts_last(const FoundEvent& found, const LineMotion& m) const;
   /// Of our own: a spindle that may stand while its block cuts; with a message.
   bool may_start_late(const FoundEvent& found, const LineMotion& m);
 
