@@ -317,6 +317,9 @@ TEST(Reader, RefusesASpindleThatStartsInTheBlockOfACut) {
     EXPECT_THAT(first_error_of(control, to + "S100 G1 Z5. F100. M3\nM30\n"),
                 HasSubstr("the spindle is started in the block of a cut"))
         << control;
+    EXPECT_THAT(first_error_of(control, to + "S100 G17 G3 X10. Y10. I0. J10. F100. M3\nM30\n"),
+                HasSubstr("the spindle is started in the block of a cut"))
+        << control;
     EXPECT_NO_THROW(read(control, to + "S100 M3\nG1 Z5. F100. M3\nM30\n")) << control;  // it turns already
     EXPECT_NO_THROW(read(control, to + "S100 G0 Z5. M3\nM30\n")) << control;
     EXPECT_THAT(first_error_of(control, to + "S100 M3\nG1 Z5. F100. M4\nM30\n"),

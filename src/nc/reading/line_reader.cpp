@@ -586,12 +586,14 @@ bool LineReader::acts_last(const FoundEvent& found, const LineMotion& m) const {
          (kind == EventKind::coolant && found.event.argument == static_cast<int>(CoolantKind::off));
 }
 
-bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m) {
+bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m, bool shapes) {
   const bool turns_so =
       s_.modal.spindle && s_.modal.spindle->turn == static_cast<SpindleTurn>(found.event.argument);
-  if (turns_so || s_.language.others || s_.c.line.m_words_before_motion || m.words.mask == 0 || m.rapid ||
-      found.event.kind != EventKind::spindle || found.event.argument == static_cast<int>(SpindleTurn::off) ||
-      m.kind.value_or(s_.modal.motion_kind.value_or(MotionKind::rapid)) != MotionKind::feed)
+  const bool cuts =
+      shapes || (m.words.mask != 0 && !m.rapid &&
+                 m.kind.value_or(s_.modal.motion_kind.value_or(MotionKind::rapid)) == MotionKind::feed);
+  if (turns_so || s_.language.others || s_.c.line.m_words_before_motion || !cuts ||
+      found.event.kind != EventKind::spindle || found.event.argument == static_cast<int>(SpindleTurn::off))
     return false;
   s_.error(std::max(found.column, 1U),
            "the spindle is started in the block of a cut: some controls do so when the block is done, and "
@@ -602,13 +604,18 @@ bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m) {
 void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m) {
   bool moved = false;
   std::vector<const FoundEvent*> behind;
+  const auto is_shape_of = [](EventKind kind) {
+    return kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe;
+  };
+  const bool shapes = std::any_of(events.begin(), events.end(),
+                                  [&](const FoundEvent& e) { return is_shape_of(e.event.kind); });
   for (const auto& found : events) {
     const auto kind = found.event.kind;
     if (acts_last(found, m)) {
       behind.push_back(&found);
       continue;
     }
-    if (may_start_late(found, m)) return;
+    if (may_start_late(found, m, shapes)) return;
     if (m.words.mask != 0 && excludes_motion(kind)) {
       return s_.error(m.column, "axis words stand in one block with words that exclude motion");
     }
@@ -618,7 +625,7 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
       for (const FoundEvent* last : std::exchange(behind, {})) events_.run(*last);
       moved = true;
     }
-    const bool is_shape = kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe;
+    const bool is_shape = is_shape_of(kind);
     if (is_shape && m.rapid && (kind == EventKind::arc || !s_.language.others))
       return s_.error(std::max(found.column, 1U),
                       "'" + s_.c.motion.rapid_suffix + "' in a block that cuts: it would run at rapid rate");

@@ -56,7 +56,7 @@ class LineReader {
   /// Of programs of others: what ends with the motion of its block, and the spindle beside a tool change.
   bool acts_last(const FoundEvent& found, const LineMotion& m) const;
   /// Of our own: a spindle that may stand while its block cuts; with a message.
-  bool may_start_late(const FoundEvent& found, const LineMotion& m);
+  bool may_start_late(const FoundEvent& found, const LineMotion& m, bool shapes);
 
   // Motion.
   void run_line();
