@@ -130,7 +130,9 @@ Added add_and_fit(const Machine& machine, const Dataset& data, const Model& pare
     }
     out.model.effects.push_back(std::move(effect));
   }
-  out.fit = fit(machine, data, out.model);
+  const bool uneven = diagnosis != nullptr && diagnosis->scatter.uneven;
+  out.fit = uneven ? fit(machine, weighed(data, *diagnosis->scatter.uneven), out.model)
+                   : fit(machine, data, out.model);
   out.model = out.fit.model;
   if (!parent.file.empty()) out.model.parent = parent.file;
   return out;
@@ -179,10 +181,7 @@ std::vector<ImproveStep> improve(const Machine& machine, const Dataset& data, co
     if (!next || k == options.most_steps) return steps;
     const Diagnosis& said = steps.back().diagnosis;
     Model parent = steps.back().model;
-    const auto& uneven = said.scatter.uneven;
-    const std::optional<Dataset> by_scatter = uneven ? std::optional(weighed(data, *uneven)) : std::nullopt;
-    const Dataset& fitted = by_scatter ? *by_scatter : data;
-    now = from_the_start(add_and_fit(machine, fitted, parent, {*next}, &said).model, model);
+    now = from_the_start(add_and_fit(machine, data, parent, {*next}, &said).model, model);
     now.name = model.name + " + " + next->id();
   }
 }
