@@ -39,23 +39,25 @@ MeasuredRanges MeasuredReach::used(const Posting& posting) const {
   return out;
 }
 
-void MeasuredReach::warn_of_log(Posting& posting) {
+void MeasuredReach::warn_of_times(Posting& posting, const std::string& what, double first_s, double last_s) {
   constexpr double kHeld = 0.1;  // of the program's time: what is held for longer is worth a word
-  const TemperatureHistory* history = posting.job.temperatures;
-  if (history == nullptr || history->time_s.size() < 2) return;
-  const double first_s = history->time_s.front(), last_s = history->time_s.back();
   const double end_s = posting.report.duration_s;
   if (first_s <= kHeld * end_s && last_s >= (1.0 - kHeld) * end_s) return;
   posting.diagnostics.warning(
       "", {},
-      "the temperature log covers " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
+      what + " cover " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
           " s, and the program runs from 0 to " + fixed_text(end_s, 0) +
-          " s: where the log says nothing its first or last values are held. Is its time in seconds from "
+          " s: before and behind them the first or last values are held. Is their time in seconds from "
           "the start of the program?");
 }
 
 void MeasuredReach::warn(Posting& posting) const {
-  warn_of_log(posting);
+  // One row alone holds for the whole program on purpose.
+  if (const auto* log = posting.job.temperatures; log != nullptr && log->time_s.size() > 1)
+    warn_of_times(posting, "the temperatures of the log", log->time_s.front(), log->time_s.back());
+  if (const auto* table = posting.job.offsets;
+      table != nullptr && table->key == thermal::OffsetTable::Key::time && table->rows.size() > 1)
+    warn_of_times(posting, "the thermal offsets", table->rows.front().time_s, table->rows.back().time_s);
   if (!cuts_) return;
   const std::string beyond = beyond_measured(posting.job.model->valid, used(posting));
   if (beyond.empty()) return;

@@ -1,11 +1,13 @@
 #pragma once
+#include <string>
+
 #include "post/intake/chunk.hpp"
 #include "post/making/posting.hpp"
 
 namespace trunnion::post {
 
-/// Whether the model whose errors are compensated was measured where the program cuts. Rapids are left out:
-/// where nothing is cut nothing is lost.
+/// Whether what is taken out is known for the program: the model where it cuts, temperatures and thermal
+/// offsets while it runs. Where it cuts: rapids are left out.
 class MeasuredReach {
  public:
   explicit MeasuredReach(const Posting& posting)
@@ -13,11 +15,11 @@ class MeasuredReach {
 
   void take(const Chunk& chunk);
   /// When the program is at its end: one warning with all axes and temperatures that go beyond, and one where
-  /// the temperatures of most of the program are not known.
+  /// temperatures or offsets over time are not known for most of the program.
   void warn(Posting& posting) const;
 
  private:
-  static void warn_of_log(Posting& posting);
+  static void warn_of_times(Posting& posting, const std::string& what, double first_s, double last_s);
   MeasuredRanges used(const Posting& posting) const;
 
   bool asked_, cuts_ = false;
