@@ -488,6 +488,14 @@ bool Context::take(Record& record) {
   return true;
 }
 
+void Context::tell_unloaded() {
+  const auto unloaded = std::exchange(modal.said.unloaded, std::nullopt);
+  if (!unloaded || unloaded->behind == motion_count_) return;
+  warning(unloaded->where,
+          "UNLOAD is not acted on, and motions follow before another tool is loaded: they are made with the "
+          "tool that is in the spindle");
+}
+
 void Context::finish(std::size_t lines, std::string_view last_number) {
   if (modal.pending_arc)
     error(modal.pending_arc->where,
@@ -510,6 +518,7 @@ void Context::finish(std::size_t lines, std::string_view last_number) {
     }
   }
   end_operation();
+  tell_unloaded();
   if (motion_count_ == 0 && !findings_.has_errors()) error(end, "no motion (GOTO) in the file");
   judge_units();
   findings_.tell_counts();

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "trunnion/base/diagnostics.hpp"
@@ -116,6 +117,12 @@ struct Modal {
     std::uint32_t length_register = 0;          // of the tool
     Coolant::Kind coolant = Coolant::Kind::on;  // what COOLNT/ON brings back
     double rpm = 0.0;                           // of the spindle; 0: not known
+    std::optional<std::size_t> tool_changed;    // behind so many motions
+    struct Unloaded {
+      SourceRef where;
+      std::size_t behind = 0;  // so many motions
+    };
+    std::optional<Unloaded> unloaded;
   } said;
   bool rapid_next = false;
   std::optional<From> home;  // FROM
@@ -200,11 +207,19 @@ class Context {
   /// A record that is no motion.
   template <class Data>
   void emit(SourceRef where, Data&& data) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<Data>, ToolChange>) {
+      tell_unloaded();
+      modal.said.tool_changed = motion_count_;
+    }
     Record record;
     record.where = where;
     record.data = std::forward<Data>(data);
     pending_.push_back(std::move(record));
   }
+  /// Whether the tool stands where it was changed: what moves first comes from there.
+  bool comes_from_change() const { return modal.said.tool_changed == motion_count_; }
+  /// A warning where something moves behind UNLOAD, and forgets it.
+  void tell_unloaded();
   /// A motion, given in A: its end becomes the position.
   void add_motion(SourceRef where, const Motion& in_A);
   /// As add_motion, with the modal feed; takes RAPID.

@@ -141,11 +141,13 @@ void read_toolno(Context& context, const Statement& statement) {
   }
 }
 
-void skip_tool_word(Context&, const Statement&) {}
+void read_unload(Context& context, const Statement& statement) {
+  context.modal.said.unloaded = {statement.where, context.motion_count()};
+}
 
 constexpr WordReading kToolWords[] = {
     {"LOADTL", read_loadtl}, {"LOAD", read_load},     {"SELECT", read_select}, {"SELCTL", read_select},
-    {"CUTTER", read_cutter}, {"TLDATA", read_tldata}, {"TOOLNO", read_toolno}, {"UNLOAD", skip_tool_word}};
+    {"CUTTER", read_cutter}, {"TLDATA", read_tldata}, {"TOOLNO", read_toolno}, {"UNLOAD", read_unload}};
 
 }  // namespace
 

@@ -28,6 +28,31 @@ std::ostream& operator<<(std::ostream& out, const Step& step) {
   return out << step.z << (step.rapid ? " rapid" : " feed");
 }
 
+// A tool that was changed is not where the one before stopped.
+TEST(Cycle, TheFirstHoleBehindAToolChangeIsApproachedOverItself) {
+  const auto reading = read(
+      "LOADTL/4\nGOTO/5,0,-30,0,0,1\nLOADTL/7\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/60,0,0\n"
+      "GOTO/60,20,0\nCYCLE/OFF\nRAPID\nGOTO/60,20,40\n");
+  ASSERT_EQ(joined(reading.findings), "");
+  const auto motions = reading.motions();
+  EXPECT_EQ(motions[1].tip_P, Vec3(60, 0, 2));
+  EXPECT_EQ(
+      steps(reading, 1),
+      (std::vector<Step>{{2, true}, {-5, false}, {2, true}, {2, true}, {-5, false}, {2, true}, {40, true}}));
+  // Over the hole itself, too.
+  const auto same = read(
+      "LOADTL/4\nGOTO/60,0,2,0,0,1\nLOADTL/7\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/60,0,0\nCYCLE/"
+      "OFF\n");
+  EXPECT_EQ(steps(same, 1), (std::vector<Step>{{2, true}, {-5, false}, {2, true}}));
+}
+
+TEST(Cycle, MotionsBehindUnloadAreToldOf) {
+  const auto reading = read("LOADTL/4\nGOTO/5,0,30,0,0,1\nUNLOAD/TOOL\nGOTO/9,0,30\n");
+  EXPECT_NE(joined(reading.findings).find("UNLOAD is not acted on"), std::string::npos)
+      << joined(reading.findings);
+  EXPECT_EQ(joined(read("LOADTL/4\nGOTO/5,0,30,0,0,1\nUNLOAD/TOOL\nLOADTL/5\nGOTO/9,0,30\n").findings), "");
+}
+
 TEST(Cycle, AHoleInEveryGrammar) {
   // NX (signed depth), SolidWorks, Creo couplets, CATIA, the fixed order.
   for (const std::string cycle :

@@ -286,7 +286,9 @@ class Drilling {
     } else if (modal_.has_position) {
       const double height = axis_A_.dot(modal_.tip_A - tip_A_);
       came = std::max(leave_, height);
-      if (height < leave_) rapid_to(modal_.tip_A + modal_.axis_A * (leave_ - height), modal_.axis_A);
+      // A tool that was changed is not there: it comes from where that was done, over this hole.
+      if (height < leave_ && !context_.comes_from_change())
+        rapid_to(modal_.tip_A + modal_.axis_A * (leave_ - height), modal_.axis_A);
     }
     if (cycle_.return_as_came) leave_ = came;
     begin_shape();
@@ -339,8 +341,8 @@ class Drilling {
   }
   Vec3 at(double height) const { return tip_A_ + axis_A_ * height; }
   void rapid_to(const Vec3& point, const Vec3& axis, bool step = false) {
-    if (modal_.has_position && (point - modal_.tip_A).norm() < kSamePlace_mm &&
-        (axis - modal_.axis_A).norm() < kSameCycleAxis)
+    if (modal_.has_position && !context_.comes_from_change() &&
+        (point - modal_.tip_A).norm() < kSamePlace_mm && (axis - modal_.axis_A).norm() < kSameCycleAxis)
       return;
     context_.add_motion(where_, {point, axis, feed_, true, step});
   }
