@@ -59,6 +59,19 @@ const char* const kPositions =
     "GOTO/5,10,40,0,0.5,0.866025404\nGOTO/5,10,25\nGOTO/15,10,25\nRAPID\nGOTO/15,10,90\nLOADTL/1\n"
     "SPINDL/RPM,5000,CLW\nRAPID\nGOTO/0,0,40,0,0,1\nGOTO/0,0,20\nGOTO/10,5,20,0.1,0.2,0.974679434\nFINI\n";
 
+// As postconfigs/README.md has it.
+TEST(ShopWords, TheReferencePointIsReadBackAsARetract) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.safe.z_is_given = true;
+  for (const std::string base : {"fanuc_30i", "iso", "haas_ngc", "linuxcnc"}) {
+    nc::Controller c = test::shipped_controller(base);
+    c.retract[nc::index(nc::AxisLetter::Z)] = {"G91 G28 Z0.", "G90"};
+    const auto p = shop_text(kPositions, machine, with_axes_of(machine, c));
+    EXPECT_TRUE(p.good) << base << ' ' << p.error << p.findings << p.nc;
+    EXPECT_THAT(p.nc, HasSubstr("G91 G28 Z0.")) << base;
+  }
+}
+
 TEST(Clamps, HoldWhatACutDoesNotTurnAndLetGoBeforeItTurns) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const auto c = shop_controller(machine, "haas_ngc");

@@ -38,6 +38,8 @@ class Compiler {
   Compiler(const Controller& controller, Diagnostics& diagnostics)
       : controller_(controller), diagnostics_(diagnostics) {
     for (const std::string& word : controller.silent) silent_.insert(key_of(tokens_of(word)));
+    if (!controller.incremental.off.empty())
+      counts_absolutely_ = key_of(tokens_of(controller.incremental.off));
   }
 
   // The last line of a template with more than symbols and words that are known to change nothing means the
@@ -196,7 +198,8 @@ class Compiler {
     return key;
   }
 
-  // The lines beside the one that means the event; words that stand alone, too, one by one.
+  // The lines beside the one that means the event; words that stand alone, too, one by one. That positions
+  // count absolutely again is asked for by what counted otherwise, and read as part of a motion.
   void note_others(const std::vector<std::vector<PatternToken>>& lines, std::size_t main) {
     Pattern::Others others;
     for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -208,7 +211,7 @@ class Compiler {
       }
       for (std::size_t k = 0; k + 1 < lines[i].size(); k += 2) {
         const auto at = lines[i].begin() + static_cast<std::ptrdiff_t>(k);
-        keys.push_back(key_of({at, at + 2}));
+        if (const std::string key = key_of({at, at + 2}); key != counts_absolutely_) keys.push_back(key);
       }
     }
     others_[key_of(lines[main])].push_back(std::move(others));
@@ -291,6 +294,7 @@ class Compiler {
   std::map<std::string, Pattern> found_;
   std::vector<Later> later_;
   std::map<std::string, std::vector<Pattern::Others>> others_;
+  std::string counts_absolutely_;  // key of [incremental] off; empty: none
 };
 
 void add_motion(Compiler& compiler, const Controller& c) {
