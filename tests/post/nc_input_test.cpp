@@ -422,6 +422,29 @@ TEST(NcInput, ALengthThatMayStillBeOnIsRefused) {
   EXPECT_TRUE(off.report) << off.report.error().text();
 }
 
+TEST(NcInput, ARotaryAxisMayStandAtALimitOfZero) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  for (Axis& axis : machine.axes) {
+    if (axis.kind != AxisKind::rotary) continue;
+    axis.cyclic = false;
+    axis.min = 0.0;
+    axis.max = axis.name == "C" ? 2.0 * M_PI : M_PI / 2;
+  }
+  const auto with = [&](const std::string& rotary) {
+    return reposted("G21 G90 G17\nG54\nT1 M6\nS1000 M3\nG43 H1\nG0 " + rotary +
+                        "\nG0 X40 Y0\nG0 Z150\nG1 Z140 F500\nG0 Z300\nM2\n",
+                    {machine}, machine);
+  };
+  for (const std::string rotary : {"A0 C0", "A90 C360", "A0 C360"}) {
+    const auto p = with(rotary);
+    EXPECT_TRUE(p.report) << rotary << p.report.error().text();
+  }
+  const auto beyond = with("A0 C-0.01");
+  ASSERT_FALSE(beyond.report);
+  EXPECT_NE(beyond.report.error().text().find("beyond its travel"), std::string::npos)
+      << beyond.report.error().text();
+}
+
 std::size_t count_of(const std::string& text, const std::string& what) {
   std::size_t out = 0;
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++out;

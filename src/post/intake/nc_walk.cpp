@@ -569,7 +569,7 @@ bool NcWalk::stands_in_travel(const BlockEnd& end, const nc::Motion& motion) {
   for (AxisId id = 0; id < axis_words_.count; ++id) {
     const Axis& axis = origin_.machine->axes[id];
     if (axis.cyclic || axis_words_.is_linear(id) || !motion.words.has(axis_words_.letters[id]) ||
-        axis.within_limits(end.q[id] - std::copysign(kRounding_rad, end.q[id])))
+        axis.within_limits(end.q[id] - kRounding_rad) || axis.within_limits(end.q[id] + kRounding_rad))
       continue;
     refuse(motion.source, "travel",
            std::string("axis ") + letter_of(axis_words_.letters[id]) + " would stand at " +
