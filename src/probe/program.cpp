@@ -79,6 +79,14 @@ class ProgramMaker {
       return controller_.numbers.axes.rounded(letter(id), angle);
     };
     choice.reachable = [this](const JointVector& q) { return is_reachable(q); };
+    if (machine_.output_point == OutputPoint::spindle && controller_.length.automatic) {
+      return fail(ErrorCode::wrong_use,
+                  "the machine file asks for words of the spindle's gauge point ([output] point), and the "
+                  "control '" +
+                      controller_.name +
+                      "' adds the length of every tool that it loads: it needs point = \"tip\"",
+                  machine_.file);
+    }
     out_.chosen = choose_poses(machine_, choice);
     const auto& poses = out_.chosen.poses;
     if (poses.empty()) {
