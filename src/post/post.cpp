@@ -101,6 +101,12 @@ Result<void> check_options(const PostOptions& options, const Machine& machine,
         "the machine file asks for words of the spindle's gauge point ([output] point), and the control '" +
         controller.name + "' adds the length of every tool that it loads: it needs point = \"tip\"");
   }
+  if (machine.output_point == OutputPoint::spindle && (options.rtcp || options.tilted_plane)) {
+    return refuse(std::string(options.rtcp ? "--rtcp" : "--tilted-plane") +
+                  ": the control needs the tool's length for it, and the machine file asks for words of the "
+                  "spindle's gauge point, with length compensation off ([output] point): it needs point = "
+                  "\"tip\"");
+  }
   if (options.tilted_plane && !controller.has_tilted_plane())
     return refuse("--tilted-plane: the control '" + controller.name + "' has no tilted plane");
   const auto has_axis = [&](const Axis& axis) {

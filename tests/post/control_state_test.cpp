@@ -26,6 +26,11 @@ constexpr const char* kBeginsWithAFeed =
     "30,0,30,0.5,0,0.8660254\n"
     "FINI\n";
 
+constexpr const char* kStopPath =
+    "UNITS/MM\nLOADTL/1\nSPINDL/4000,RPM,CLW\nRAPID\nGOTO/30,0,60,0.5,0,0.8660254\nFEDRAT/800.,MMPM\n"
+    "GOTO/30,0,30,0.5,0,0.8660254\nSTOP\nGOTO/20,0,30,0.5,0,0.8660254\nRAPID\nGOTO/20,0,60,0.5,0,0.8660254\n"
+    "FINI\n";
+
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> out;
   std::istringstream in(text);
@@ -96,6 +101,49 @@ class Program {
   Machine machine_;
   std::vector<std::string> lines_;
 };
+
+// Words of tool-centre-point control and of tilted planes are places of the tip: with the length off the tool
+// goes too deep by all of it.
+TEST(ControlState, WordsOfTheGaugePointAreNoneOfTheTip) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  machine.output_point = OutputPoint::spindle;
+  for (const bool rtcp : {true, false}) {
+    for (const std::string control : {"siemens_840d_sl", "fanuc_30i", "linuxcnc"}) {
+      if (!rtcp && control == "linuxcnc") continue;  // it has no tilted planes
+      post::PostOptions options;
+      options.rtcp = rtcp;
+      options.tilted_plane = !rtcp;
+      const auto p = test::posted(kPath, machine, options, control);
+      ASSERT_FALSE(p.report) << control << p.nc;
+      EXPECT_EQ(p.report.error().code, ErrorCode::wrong_use) << control;
+      EXPECT_THAT(p.report.error().text(), HasSubstr("it needs point = \"tip\"")) << control;
+      // Nor does such a program pass that somebody else wrote.
+      Machine of_tip = machine;
+      of_tip.output_point = OutputPoint::tip;
+      const auto right = test::posted(kPath, of_tip, options, control);
+      ASSERT_TRUE(right.report) << control << right.report.error().text();
+      const auto v = test::verified(right.nc, kPath, machine, 0.01, control);
+      ASSERT_TRUE(v) << control << v.error().text();
+      EXPECT_FALSE(v->passed()) << control;
+    }
+  }
+}
+
+// An operator who jogs an axis at a stop goes on from somewhere else.
+TEST(ControlState, BehindAStopAllAxesAreSaidAgainFromTheSafeHeight) {
+  for (const std::string control : {"fanuc_30i", "siemens_840d_sl", "linuxcnc"}) {
+    const Program p(kStopPath, control);
+    const auto& lines = p.lines();
+    const std::size_t stop = p.line("M0");
+    const std::size_t up = p.line(control == "siemens_840d_sl" ? "SUPA" : "G53", stop);
+    const std::size_t turn = p.line("A", up + 1);
+    EXPECT_NE(lines[turn].find('C'), std::string::npos) << control << lines[turn];
+    EXPECT_EQ(lines[turn].find('Z'), std::string::npos) << control << lines[turn];
+    const std::size_t over = p.line("X", turn);
+    EXPECT_EQ(lines[over].find('Z'), std::string::npos) << control << lines[over];
+    EXPECT_NE(p.line("Z", over + 1), 0U) << control;
+  }
+}
 
 TEST(ControlState, OptionalStopsAreThoseOfTheClFile) {
   const Program p(kPath, "linuxcnc");

@@ -229,6 +229,7 @@ struct TiltedPlane {
 };
 struct Stop {
   bool optional = false;
+  bool axes_again = false;  // of the writer: every axis is said again behind it, wherever an operator left it
 };
 
 /// X, Y and Z move in a straight line towards `words` until the probe is touched; nothing else moves. Where

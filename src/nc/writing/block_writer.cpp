@@ -450,6 +450,10 @@ Result<void> BlockWriter::write(const TiltedPlane& b) {
 
 Result<void> BlockWriter::write(const Stop& b) {
   if (s_.c.stops.end_spindle) s_.modal.stop();
+  if (b.axes_again) {
+    s_.modal.position.forget(kAllAxes);
+    s_.modal.motion_kind.reset();
+  }
   return s_.put_words(b.optional ? s_.c.stops.optional : s_.c.stops.program, {},
                       b.optional ? "an optional stop" : "a stop",
                       b.optional ? "[stop] optional" : "[stop] program");

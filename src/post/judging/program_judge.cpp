@@ -108,6 +108,8 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
   if (const auto* length = std::get_if<nc::LengthCompensation>(&block))
     return check_register(*length, at, nc_line);
   if (const auto* motion = std::get_if<nc::Motion>(&block)) return take_partly(*motion, nc_line);
+  if (const auto* tcp = std::get_if<nc::TcpControl>(&block)) return check_needs_length(tcp->on, nc_line);
+  if (const auto* plane = std::get_if<nc::TiltedPlane>(&block)) return check_needs_length(plane->on, nc_line);
   if (const auto* dwell = std::get_if<nc::Dwell>(&block))
     return take_pause(at, {0, AskedPause::Kind::dwell, dwell->milliseconds, 0}, nc_line);
   if (const auto* stop = std::get_if<nc::Stop>(&block)) {
@@ -118,6 +120,16 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
     find(CheckOf::offsets, nc_line,
          [] { return std::string("a shift of the coordinates that nothing asks for (--offsets)"); });
   }
+}
+
+// The words of both are places of the tip.
+void ProgramJudge::check_needs_length(bool on, std::uint32_t nc_line) {
+  if (!on || machine_.output_point == OutputPoint::tip) return;
+  find(CheckOf::tools, nc_line, [] {
+    return std::string(
+        "tool-centre-point control and tilted planes need the tool's length, and the machine file asks for "
+        "words of the spindle's gauge point ([output] point)");
+  });
 }
 
 // The register of another tool: on some controls Z moves at once. Asked for is that of the CL motions here.

@@ -245,6 +245,7 @@ class ProgramJudge {
   void find_pace(const Pace& pace, const Rates& rates, std::size_t point, std::uint32_t nc_line);
   /// A motion at whose end not all axes are known.
   void take_partly(const nc::Motion& motion, std::uint32_t nc_line);
+  void check_needs_length(bool on, std::uint32_t nc_line);
   void check_register(const nc::LengthCompensation& length, const Place& at, std::uint32_t nc_line);
   void find_cutter(const AskedState& asked, std::uint32_t nc_line);
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);

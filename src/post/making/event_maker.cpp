@@ -99,7 +99,9 @@ Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
 Result<void> EventMaker::take_stop(const cl::Stop& stop, SourceRef where) {
   if (auto r = safe_way_.pause_above(where); !r) return r;
   if (work_.posting.controller.stops.end_spindle) work_.spindle.stopped();
-  return work_.posting.write(nc::Stop{stop.optional});
+  // Whoever jogs an axis there goes on from somewhere else: up again first, then all other axes, then down.
+  work_.at.up = false;
+  return work_.posting.write(nc::Stop{stop.optional, true});
 }
 
 Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef where) {

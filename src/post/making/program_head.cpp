@@ -8,6 +8,19 @@
 #include "post/making/program_name.hpp"
 
 namespace trunnion::post {
+namespace {
+
+// A shift outlasts an abort, and on some controls a reset and the power, too: the next program is moved by
+// it.
+std::string after_an_abort(OffsetOutput output, const nc::Template& shift) {
+  if (output == OffsetOutput::work_offset)
+    return "After an abort: set the work offset again before another program";
+  if (output != OffsetOutput::local_shift || shift.empty()) return {};
+  return "After an abort: " + shift.back().substr(0, shift.back().find(' ')) +
+         " with zeros before another program";
+}
+
+}  // namespace
 
 // A program has one zero: what the CL file says before its first motion counts, where no option says it.
 std::int64_t ProgramHead::work_offset_of(const Chunk& chunk) const {
@@ -95,6 +108,10 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   const std::string& needs = posting_.controller.feed.per_minute_needs;
   if (posting_.options.feed == FeedOutput::per_minute && !posting_.options.rtcp && !needs.empty())
     lines.push_back("F per minute needs: " + needs);
+  if (posting_.job.offsets != nullptr) {
+    const std::string line = after_an_abort(posting_.job.offset_output, posting_.controller.offset_shift.add);
+    if (!line.empty()) lines.push_back(line);
+  }
   lines.push_back(verdict_placeholder());
   for (const std::string& line : lines) {
     if (auto r = posting_.write(nc::Comment{line}); !r) return r;
