@@ -11,7 +11,7 @@
 namespace trunnion::diagnosis {
 namespace {
 
-const std::string kTruth =
+const std::string kTruthOfOddRuns =
     "[model]\nname = \"m\"\n"
     "[[effect]]\nid = \"location:A\"\n[effect.parameters]\nY0A_um = 14\nZ0A_um = -9\nB0A_urad = 40\nC0A_urad "
     "= -32\n"
@@ -29,7 +29,7 @@ struct Shop {
   explicit Shop(std::uint64_t seed) {
     const std::string second_line = test::sweep_run("laser_x2", "X", -250, 250, 21, "[1, 0, 0]",
                                                     "displacement", {}, "at = { Y_mm = 100, Z_mm = 90 }\n");
-    data = test::measured(machine, test::plan_text({}) + second_line, kTruth, seed);
+    data = test::measured(machine, test::plan_text({}) + second_line, kTruthOfOddRuns, seed);
   }
   void scale(const std::string& run, double factor) {
     for (Reading& r : data.readings)
@@ -73,13 +73,13 @@ TEST(LongOneRun, AWrongScaleIsNoCrossTalk) {
   const Diagnosis d = shop.said(kNothingKnown);
   EXPECT_NE(d.verdict, Verdict::named) << d.paragraph;
   for (const std::string& id : d.effects)
-    EXPECT_NE(kTruth.find("\"" + id + "\""), std::string::npos) << id << ": " << d.paragraph;
+    EXPECT_NE(kTruthOfOddRuns.find("\"" + id + "\""), std::string::npos) << id << ": " << d.paragraph;
   const std::vector<std::string> odd = shop.said(kAllKnown).rows.odd_runs;
   EXPECT_NE(std::find(odd.begin(), odd.end(), "laser_x2"), odd.end());
   const auto steps =
       improve(shop.machine, shop.data, test::model_for(shop.machine, shop.data, kNothingKnown));
   for (const ModelEffect& effect : steps.back().model.effects)
-    EXPECT_NE(kTruth.find("\"" + effect.id() + "\""), std::string::npos) << effect.id();
+    EXPECT_NE(kTruthOfOddRuns.find("\"" + effect.id() + "\""), std::string::npos) << effect.id();
 }
 
 TEST(LongOneRun, HonestRunsAreNotAccused) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/linear_algebra.hpp"
 
@@ -12,6 +13,7 @@
 #include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/atoms.hpp"
+#include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping_figures.hpp"
 #include "diagnosis/verdict/clock_shift.hpp"
 
@@ -187,6 +189,9 @@ class Judge {
     as_given_ = fitted(machine_, data_, model_, {});
     found_as_given_ = found_columns_ > 0.0 ? fitted(machine_, data_, found_, {}) : as_given_;
     WrongConventions out;
+    out.likely = proved();
+    out.proved = !out.likely.empty();
+    if (out.proved) return out;
     if (has_values(model_)) out.likely = as_it_stands();
     if (out.likely.empty()) out.likely = taken_up_by_the_model();
     const double reduced = as_given_.reduced();
@@ -630,6 +635,21 @@ class Judge {
   static double off_by(const Figures& f) {
     const double r = std::max(f.reduced(), 1e-12);
     return std::max(r, 1.0 / r);
+  }
+
+  // What the positions alone prove, whatever the readings are.
+  std::vector<Bookkeeping> proved() const {
+    std::vector<Bookkeeping> out;
+    for (const Convention& c : conventions(machine_, data_, model_)) {
+      if (!proved_by_the_ball(machine_, model_, data_, c)) continue;
+      const auto wanders = ball_wanders_mm(machine_, data_);
+      Bookkeeping one = said(c, as_given_, under(c, model_), false);
+      one.words += " (As the files are the measured point wanders by " +
+                   fixed_text(*std::max_element(wanders.begin(), wanders.end()), 1) +
+                   " mm on the part while the rotary axes turn; with that put right it stands still.)";
+      add(out, std::move(one));
+    }
+    return out;
   }
 
   // The model's own values: they tell the sign of all readings, which fitted ones would follow.

@@ -14,7 +14,8 @@ using EffectSearch = std::function<Diagnosis(const Machine&, const Dataset&, con
 /// Conventions of the files that explain what effects would have to, best first; mostly none.
 struct WrongConventions {
   std::vector<Bookkeeping> likely;
-  bool sure = true;  // else the effects that were found do about as well
+  bool sure = true;     // else the effects that were found do about as well
+  bool proved = false;  // by the positions alone, whatever the readings are
 };
 
 /// README of this layer, "Conventions". `said`: what the effects explain; `of_runs`: what they would explain

@@ -6,6 +6,7 @@
 
 #include "diagnosis/fit/median.hpp"
 #include "diagnosis/search/run_factors.hpp"
+#include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/bookkeeping_figures.hpp"
 
@@ -32,6 +33,23 @@ bool stands_still(const Dataset& data, AxisId a) {
 bool measured(const Dataset& data, Quantity q) {
   return std::any_of(data.readings.begin(), data.readings.end(),
                      [q](const Reading& r) { return r.quantity == q; });
+}
+
+// Readings in a larger unit that no instrument gives: what a machine does is in their tenths.
+bool beyond_instruments(const Convention& c, const Dataset& data) {
+  constexpr double kLargest_mm = 5.0, kLargest_rad = 0.05;
+  if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor <= 1.0 || c.only_uncertainty)
+    return false;
+  for (const Quantity q : {Quantity::displacement, Quantity::rotation}) {
+    if (c.quantity && *c.quantity != q) continue;
+    std::vector<double> sizes;
+    for (const Reading& r : data.readings)
+      if (r.quantity == q && (!c.run || data.run_of(r) == *c.run)) sizes.push_back(std::abs(r.value));
+    if (!sizes.empty() &&
+        c.factor * median(sizes) > (q == Quantity::displacement ? kLargest_mm : kLargest_rad))
+      return true;
+  }
+  return false;
 }
 
 class Listed {
@@ -128,6 +146,19 @@ class Listed {
         out_.back().factor = factor;
       }
     }
+    unit_of_one_axis(linear.axes);
+  }
+  // One column in another unit leads a ball about on the part.
+  void unit_of_one_axis(const std::vector<AxisId>& axes) {
+    if (axes.size() < 2) return;
+    for (const AxisId axis : axes)
+      for (const double factor : {1e3, 1e-3, kMmPerInch, 1.0 / kMmPerInch}) {
+        Convention c;
+        c.kind = ConventionKind::unit;
+        c.axes = {axis};
+        c.factor = factor;
+        if (proved_by_the_ball(machine_, model_, data_, c)) out_.push_back(c);
+      }
   }
   std::vector<double> uncertainties(Quantity q, const std::optional<std::size_t>& run) const {
     std::vector<double> out;
@@ -195,7 +226,11 @@ class Listed {
 }  // namespace
 
 std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model) {
-  return Listed(machine, data, model).all();
+  std::vector<Convention> out = Listed(machine, data, model).all();
+  std::erase_if(out, [&](const Convention& c) {
+    return beyond_instruments(c, data) || refuted_by_the_ball(machine, model, data, c);
+  });
+  return out;
 }
 
 std::string_view text_of(ConventionKind kind) {

@@ -19,8 +19,7 @@
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
-#include "diagnosis/verdict/settling.hpp"
-#include "diagnosis/verdict/tool_constants.hpp"
+#include "diagnosis/verdict/unrecorded.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
@@ -783,7 +782,8 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   };
   WrongConventions wrong = wrong_conventions(*whole, model, out, first.of_runs(), search);
   out.bookkeeping = std::move(wrong.likely);
-  if (wrong.sure && options.formula && is_rather_a_function(machine, data, first.left_out(), out))
+  if (wrong.sure && !wrong.proved && options.formula &&
+      is_rather_a_function(machine, data, first.left_out(), out))
     out.bookkeeping.clear();
   if (!out.bookkeeping.empty() && !wrong.sure) {
     // Neither is compensated before somebody has looked.
@@ -806,8 +806,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     if (!out.rows.problems.empty()) blame_rows(out);
     if (options.formula) propose(machine, data, first.left_out(), out);
     blame_odd_runs(*whole, model, out, search);
-    doubt_between_tools(*whole, model, first.left_out(), out);
-    doubt_beside_settling(*whole, model, first.left_out(), out);
+    doubt_beside_unrecorded(*whole, model, first.left_out(), out);
     return out;
   }
   out.verdict = Verdict::bookkeeping;

@@ -1,0 +1,308 @@
+#include "diagnosis/verdict/unrecorded.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/statistics.hpp"
+
+namespace trunnion::diagnosis {
+namespace {
+
+constexpr double kBesideCondition = 0.7, kOfCondition = 0.9;
+// Evidence of 100 : 1 in favour of errors of axes, in -2 ln: nearly all readings are taken in some order.
+constexpr double kAxesErr = 9.2;
+constexpr double kOnlyNoise = 1.25;  // chi-square per degree of freedom
+// From what a spindle or a clamp takes to what a casting takes, by factors of 1.65.
+constexpr double kShortest_s = 60.0, kLongest_s = 15000.0;
+constexpr int kTimeConstants = 12;
+// Beyond, this costs more than it tells.
+constexpr Eigen::Index kMostReadingsOfAll = 5000;
+constexpr std::size_t kMostRunsOfAll = 40;
+
+bool is_steady_drift(const ModelEffect& effect) {
+  return effect.id() == "time_drift";
+}
+
+// Of columns that are orthogonal to a fit: what those explain that are worth their price, the best first
+// (orthogonal matching pursuit), and how many they are. `whole`: their lengths before the fit was taken out;
+// one of which hardly anything is left follows rounding. `largest`: of each of their coefficients, beyond
+// which they are no explanation; empty: any.
+struct Worth {
+  double gained = 0.0, count = 0.0;
+};
+Worth worth(const MatrixXd& columns, const VectorXd& whole, const VectorXd& white, double price,
+            const VectorXd& largest) {
+  constexpr double kHardlySeen = 1e-4, kHardlyOwn = 1e-3;
+  Worth out;
+  std::vector<Eigen::Index> chosen;
+  MatrixXd rest = columns;
+  const auto next = [&]() -> std::pair<Eigen::Index, double> {
+    std::pair<Eigen::Index, double> best{-1, price};
+    const VectorXd products = rest.transpose() * white;
+    for (Eigen::Index k = 0; k < rest.cols(); ++k) {
+      const double own = rest.col(k).norm();
+      if (!(own > kHardlySeen * whole[k]) || !(own > kHardlyOwn * columns.col(k).norm())) continue;
+      const double gain = std::pow(products[k] / own, 2);
+      if (gain > best.second) best = {k, gain};
+    }
+    return best;
+  };
+  while (out.count < static_cast<double>(columns.cols())) {
+    const auto [k, gain] = next();
+    if (k < 0) break;
+    chosen.push_back(k);
+    out.gained += gain;
+    out.count += 1.0;
+    const VectorXd q = rest.col(k).normalized();
+    for (int twice = 0; twice < 2; ++twice) rest -= q * (q.transpose() * rest);
+  }
+  if (chosen.empty() || largest.size() == 0) return out;
+  const MatrixXd used = columns(Eigen::all, chosen);
+  const VectorXd coefficients = used.householderQr().solve(white);
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    if (std::abs(coefficients[static_cast<Eigen::Index>(k)]) > largest[chosen[k]]) return {};
+  return out;
+}
+
+// A condition in place of effects.
+struct InPlace {
+  double ahead = -INFINITY;  // of what was named, in -2 ln
+  double chi2 = 0.0, dof = 1.0, gained = 0.0, parameters = 0.0;
+  const UnrecordedCondition* condition = nullptr;
+  double tau_s = INFINITY;
+  std::vector<const ModelEffect*> dropped, kept;
+
+  double per_degree() const { return chi2 / dof; }
+  std::string words() const {
+    if (!condition->goes_with_time) return condition->what;
+    return condition->what + (std::isinf(tau_s) ? ", steady with time"
+                                                : ", which settles with a time constant of about " +
+                                                      std::to_string(std::llround(tau_s)) + " s");
+  }
+};
+
+class Exchange {
+ public:
+  Exchange(const Observations& whole, const Model& model, std::vector<bool> flags,
+           const std::vector<ModelEffect>& named)
+      : o_(whole), model_(model), flags_(std::move(flags)) {
+    for (const auto& make : {drifts, growth_by_run, reversals, displaced_tools})
+      for (UnrecordedCondition& one : make(whole)) conditions_.push_back(std::move(one));
+    Model with_all = model_;
+    with_all.effects.insert(with_all.effects.end(), named.begin(), named.end());
+    const FitCore all = fit_core(o_, with_all, {.robust = false}, flags_);
+    chi2_ = all.chi2();
+    dof_ = std::max(all.dof(), 1.0);
+  }
+
+  /// The best condition, by what it is ahead; null where none may stand for all that is dropped.
+  InPlace best(std::vector<const ModelEffect*> dropped, std::vector<const ModelEffect*> kept) const {
+    InPlace out;
+    out.dropped = std::move(dropped);
+    out.kept = std::move(kept);
+    std::vector<const UnrecordedCondition*> fitting;
+    for (const UnrecordedCondition& one : conditions_)
+      if (std::all_of(out.dropped.begin(), out.dropped.end(),
+                      [&](const ModelEffect* effect) { return one.stands_for(*effect); }))
+        fitting.push_back(&one);
+    if (fitting.empty()) return out;
+    Model rest = model_;
+    for (const ModelEffect* effect : out.kept) rest.effects.push_back(*effect);
+    const FitCore plain = fit_core(o_, rest, {.robust = false}, flags_);
+    const double handicap = paid(out.dropped, plain) - 2.0 * std::log(static_cast<double>(fitting.size())) -
+                            (known_physics(out.dropped) ? kAxesErr : 0.0);
+    for (const UnrecordedCondition* one : fitting) try_all(*one, plain, handicap, out);
+    return out;
+  }
+  double noise_of_named() const { return chi2_ / dof_; }
+
+ private:
+  static bool known_physics(const std::vector<const ModelEffect*>& dropped) {
+    return !dropped.empty() &&
+           std::all_of(dropped.begin(), dropped.end(), [](const ModelEffect* e) { return is_of_axes(*e); });
+  }
+  double price(Eigen::Index columns) const {
+    return std::log(static_cast<double>(o_.size())) +
+           2.0 * std::log(std::max(1.0, static_cast<double>(columns)));
+  }
+  Worth worth_of(const MatrixXd& columns, const FitCore& plain, const VectorXd& largest) const {
+    const VectorXd whole = plain.whitening->applied(columns).colwise().norm();
+    return worth(plain.projected(columns), whole, plain.white,
+                 price(columns.cols()) * std::max(1.0, noise_of_named()), largest);
+  }
+  // For those of the parameters that the effects need.
+  double paid(const std::vector<const ModelEffect*>& dropped, const FitCore& plain) const {
+    double out = 0.0;
+    for (const ModelEffect* effect : dropped) {
+      const MatrixXd columns = o_.linear_columns(*effect->effect, effect->shape());
+      out += std::max(1.0, worth_of(columns, plain, {}).count) * price(columns.cols()) +
+             static_cast<double>(effect->effect->info().shape_count()) * price(1);
+    }
+    return out;
+  }
+  void try_one(const UnrecordedCondition& one, double tau_s, const FitCore& plain, double handicap,
+               InPlace& best) const {
+    const MatrixXd columns = one.columns(tau_s);
+    const Worth worth = worth_of(columns, plain, one.largest);
+    if (worth.count == 0.0) return;
+    const double chi2 = plain.chi2() - worth.gained;
+    const double shapes = std::isinf(tau_s) ? 0.0 : 1.0;
+    const double noise = std::max(1.0, std::min(chi2, chi2_) / dof_);
+    const double ahead =
+        (chi2_ - chi2) / noise + handicap - worth.count * price(columns.cols()) - shapes * price(1);
+    if (ahead <= best.ahead) return;
+    best.ahead = ahead;
+    best.chi2 = chi2;
+    best.dof = std::max(plain.dof() - worth.count - shapes, 1.0);
+    best.gained = worth.gained / noise;
+    best.parameters = worth.count + shapes;
+    best.condition = &one;
+    best.tau_s = tau_s;
+  }
+  void try_all(const UnrecordedCondition& one, const FitCore& plain, double handicap, InPlace& best) const {
+    if (!one.steady_is_known) try_one(one, INFINITY, plain, handicap, best);
+    if (!one.goes_with_time) return;
+    double factor = std::pow(kLongest_s / kShortest_s, 1.0 / (kTimeConstants - 1));
+    for (int k = 0; k < kTimeConstants; ++k)
+      try_one(one, kShortest_s * std::pow(factor, k), plain, handicap, best);
+    // By the square root of the factor to either side of the best, five times: to a hundredth.
+    constexpr int kHalvings = 5;
+    for (int k = 0; k < kHalvings && best.condition == &one && !std::isinf(best.tau_s); ++k) {
+      factor = std::sqrt(factor);
+      const double best_s = best.tau_s;
+      try_one(one, best_s / factor, plain, handicap, best);
+      try_one(one, best_s * factor, plain, handicap, best);
+    }
+  }
+
+  const Observations& o_;
+  const Model& model_;
+  std::vector<bool> flags_;
+  std::vector<UnrecordedCondition> conditions_;
+  double chi2_ = 0.0, dof_ = 1.0;  // with all that was named
+};
+
+// In place of each effect, of each two, of all, of all thermal ones.
+InPlace best_exchange(const Exchange& exchange, const std::vector<ModelEffect>& named) {
+  const std::size_t count = named.size();
+  InPlace best;
+  for (std::size_t set = count == 0 ? 0 : 1; set < (std::size_t{1} << count); ++set) {
+    std::vector<const ModelEffect*> dropped, kept;
+    for (std::size_t k = 0; k < count; ++k) ((set >> k) % 2 == 1 ? dropped : kept).push_back(&named[k]);
+    if (dropped.size() > 2 && !kept.empty()) continue;
+    if (InPlace one = exchange.best(std::move(dropped), std::move(kept)); one.ahead > best.ahead)
+      best = std::move(one);
+  }
+  return best;
+}
+
+std::vector<std::string> ids_of(const std::vector<const ModelEffect*>& effects) {
+  std::vector<std::string> out;
+  for (const ModelEffect* effect : effects) out.push_back(effect->id());
+  return out;
+}
+
+std::string listed_ids(const std::vector<const ModelEffect*>& effects) {
+  std::string out;
+  for (const ModelEffect* effect : effects) out += (out.empty() ? "" : " and ") + effect->id();
+  return out;
+}
+
+// That the condition it is, and what the others show where it is of one run.
+void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
+  const std::string instead = listed_ids(best.dropped);
+  const std::string better = best.words() + ", explains the readings better";
+  const auto& only_in = best.condition->only_in;
+  if (only_in) d.rows.odd_runs = {o.data().context.runs[*only_in].id};
+  d.confidence = kOfCondition;
+  d.next.reset();
+  d.sets.clear();
+  if (only_in && !best.kept.empty()) {
+    const std::string kept_ids = listed_ids(best.kept);
+    const std::vector<std::string> kept = ids_of(best.kept);
+    std::erase_if(d.additions, [&](const ModelEffect& e) {
+      return std::find(kept.begin(), kept.end(), e.id()) == kept.end();
+    });
+    d.verdict = Verdict::named;
+    d.effects = kept;
+    d.sets = {kept};
+    d.paragraph = "Missing in the model: " + kept_ids + ". " + instead + " is not: " + better + ". " +
+                  best.condition->remedy;
+    return;
+  }
+  if (!best.condition->covariate.empty())
+    d.depends_on.insert(d.depends_on.begin(),
+                        {best.condition->covariate, chi2_tail(best.gained, best.parameters)});
+  d.verdict = Verdict::not_in_library;
+  d.imitators = ids_of(best.dropped);
+  d.leftover = d.depends_on;
+  d.paragraph = "The model misses something real that is none of the effects known here: " + better +
+                " than " + instead + ". " + best.condition->remedy;
+  d.effects.clear();
+  d.additions.clear();
+}
+
+// Where nothing was named: what explains it all. A formula that does no better is none.
+void say_what_explains(const InPlace& best, Diagnosis& d) {
+  const std::string words = best.words() + ". " + best.condition->remedy;
+  if (best.condition->only_in) {
+    d.paragraph += " What would explain it: " + words;
+    return;
+  }
+  d.rows.odd_runs.clear();
+  if (d.formula && d.formula->chi2_after > best.chi2) d.formula.reset();
+  d.paragraph =
+      "The model misses something real that is none of the effects known here. What explains it: " + words +
+      (d.formula ? formula_text(*d.formula) : "");
+}
+
+}  // namespace
+
+bool is_step(const ModelEffect& effect) {
+  return effect.id() == "step";
+}
+bool is_thermal(const ModelEffect& effect) {
+  return effect.effect->info().kind == EffectClass::thermal;
+}
+bool is_of_axes(const ModelEffect& effect) {
+  return effect.effect->info().kind == EffectClass::geometric;
+}
+bool may_come_of_order(const ModelEffect& effect) {
+  return is_steady_drift(effect) || is_of_axes(effect) || effect.effect->info().kind == EffectClass::setup;
+}
+
+void doubt_beside_unrecorded(const Observations& whole, const Model& model, const std::vector<bool>& left_out,
+                             Diagnosis& d) {
+  const bool nothing_named = d.verdict == Verdict::not_in_library && d.additions.empty() && !d.harm;
+  if (!nothing_named && d.verdict != Verdict::named && d.verdict != Verdict::ambiguous &&
+      d.verdict != Verdict::named_but_incomplete)
+    return;
+  if (whole.size() > kMostReadingsOfAll || whole.runs().size() > kMostRunsOfAll) return;
+  const bool alike = left_out.size() == static_cast<std::size_t>(whole.size());
+  const std::vector<ModelEffect> named = d.additions;
+  const Exchange exchange(whole, model, alike ? left_out : std::vector<bool>{}, named);
+  const InPlace best = best_exchange(exchange, named);
+  if (best.condition == nullptr || best.ahead < -kThousandToOne) return;
+  const bool only_noise = best.per_degree() < kOnlyNoise;
+  if (nothing_named) {
+    if (best.ahead > kThousandToOne && only_noise) say_what_explains(best, d);
+    return;
+  }
+  if (!only_noise && best.per_degree() > exchange.noise_of_named()) return;
+  if (best.ahead > kThousandToOne) {
+    say_condition(whole, best, d);
+    return;
+  }
+  // One drift or another: a drift it is.
+  if (std::all_of(best.dropped.begin(), best.dropped.end(),
+                  [](const ModelEffect* effect) { return is_steady_drift(*effect); }))
+    return;
+  if (const std::vector<std::string> kept = ids_of(best.kept); !kept.empty()) d.sets.push_back(kept);
+  d.verdict = Verdict::ambiguous;
+  d.confidence = std::min(d.confidence, kBesideCondition);
+  d.paragraph += " Or no " + listed_ids(best.dropped) + " is missing, but " + best.words() +
+                 ": these readings hardly tell the two apart. " + best.condition->remedy;
+}
+
+}  // namespace trunnion::diagnosis

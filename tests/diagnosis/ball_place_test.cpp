@@ -1,0 +1,103 @@
+#include "diagnosis/verdict/ball_place.hpp"
+
+#include <algorithm>
+
+#include "trunnion/base/units.hpp"
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/campaigns.hpp"
+#include "diagnosis/verdict/bookkeeping.hpp"
+
+// What the positions of a run with turning rotary axes prove of the files, whatever the readings are.
+namespace trunnion::diagnosis {
+namespace {
+
+std::string ball_run(const std::string& id, const std::string& place) {
+  return "[[run]]\nid = \"" + id +
+         "\"\nminutes = 12\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nu_random = "
+         "0.6\nu_common = 0.3\ntool_z_mm = -150\n"
+         "grid = { A_deg = [-20, 0, 20, 40, 60, 80], C_deg = [0, 45, 90, 135, 180, 225, 270, 315] }\n"
+         "ball_mm = " +
+         place + "\n";
+}
+
+struct Balls {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  Dataset data;
+  Model model;
+
+  explicit Balls(const std::string& truth) {
+    data = test::measured(machine, ball_run("b1", "[80, 0, 60]") + ball_run("b2", "[0, 90, 120]"),
+                          "[model]\nname = \"truth\"\n" + truth, 5);
+    model = test::model_for(machine, data, "[model]\nname = \"none\"\n");
+  }
+  // The same files with a mistake in them.
+  Diagnosis with(const Convention& mistake) const {
+    const PutRight wrong = put_right(machine, model, data, mistake);
+    return diagnose(wrong.machine, wrong.data, wrong.model);
+  }
+};
+
+Convention unit(std::vector<AxisId> axes, double factor) {
+  Convention c;
+  c.kind = ConventionKind::unit;
+  c.axes = std::move(axes);
+  c.factor = factor;
+  return c;
+}
+
+// Closed form: a ball stands still to the digits of its positions, and in inches it does not.
+TEST(BallPlace, StandsStillWherePositionsAreRight) {
+  const Balls shop("");
+  const auto still = ball_wanders_mm(shop.machine, shop.data);
+  ASSERT_EQ(still.size(), 2U);
+  for (const double mm : still) EXPECT_LT(mm, 1e-6);
+  const PutRight inches = put_right(shop.machine, shop.model, shop.data, unit({0, 1, 2}, 1.0 / 25.4));
+  for (const double mm : ball_wanders_mm(inches.machine, inches.data)) EXPECT_GT(mm, 50.0);
+}
+
+// Before: inches were `named: component:EXA` with 0.985.
+TEST(BallPlace, ProvesPositionsInAnotherUnitOrSense) {
+  const Balls shop(
+      "[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n[[effect]]\nid = "
+      "\"location:C\"\n[effect.parameters]\nX0C_um = 9\n");
+  Convention sense;
+  sense.axes = {*shop.machine.axis("C")};
+  sense.in_file = true;
+  for (const auto& [mistake, kind] : {std::pair{unit({0, 1, 2}, 1.0 / 25.4), ConventionKind::unit},
+                                      {unit({0}, 1e3), ConventionKind::unit},
+                                      {unit(shop.machine.rotary_axes(), kRadPerDegree), ConventionKind::unit},
+                                      {sense, ConventionKind::axis_sense}}) {
+    const Diagnosis d = shop.with(mistake);
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << mistake.factor << d.paragraph;
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, kind) << d.paragraph;
+    EXPECT_NE(d.paragraph.find("it stands still"), std::string::npos) << d.paragraph;
+  }
+}
+
+TEST(BallPlace, RefutesWhatWouldLeadTheBallAbout) {
+  const Balls shop("");
+  for (const Convention& c : conventions(shop.machine, shop.data, shop.model)) {
+    if (!moves_the_ball(c)) continue;
+    const PutRight right = put_right(shop.machine, shop.model, shop.data, c);
+    for (const double mm : ball_wanders_mm(right.machine, right.data)) EXPECT_LT(mm, kBallWanders_mm);
+  }
+}
+
+// Readings of 15 um are no readings of 15 mm.
+TEST(BallPlace, ReadingsBeyondAnyInstrumentAreInNoLargerUnit) {
+  Balls shop("");
+  for (Reading& r : shop.data.readings) r.value += 15e-3;
+  const auto list = conventions(shop.machine, shop.data, shop.model);
+  EXPECT_TRUE(std::none_of(list.begin(), list.end(), [](const Convention& c) {
+    return c.kind == ConventionKind::unit && c.axes.empty() && c.factor > 100.0;
+  }));
+  for (Reading& r : shop.data.readings) r.value *= 1e-3;
+  const auto small = conventions(shop.machine, shop.data, shop.model);
+  EXPECT_TRUE(std::any_of(small.begin(), small.end(), [](const Convention& c) {
+    return c.kind == ConventionKind::unit && c.axes.empty() && c.factor > 100.0;
+  }));
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
