@@ -84,6 +84,17 @@ TEST(BallPlace, RefutesWhatWouldLeadTheBallAbout) {
   }
 }
 
+// A tool that is longer by its lever alone leads the ball about as well; one that the readings show does not.
+TEST(BallPlace, RefutesALongerLeverAndNoOffset) {
+  const Balls shop("");
+  Convention longer;
+  longer.kind = ConventionKind::tool_length;
+  longer.by_mm = {0, 0, -10};
+  EXPECT_TRUE(refuted_by_the_ball(shop.machine, shop.model, shop.data, longer));
+  longer.in_readings = true;
+  EXPECT_FALSE(refuted_by_the_ball(shop.machine, shop.model, shop.data, longer));
+}
+
 // Readings of 15 um are no readings of 15 mm.
 TEST(BallPlace, ReadingsBeyondAnyInstrumentAreInNoLargerUnit) {
   Balls shop("");

@@ -52,6 +52,9 @@ bool moves_the_ball(const Convention& c) {
     case ConventionKind::swapped_columns:
     case ConventionKind::unit:
       return !c.axes.empty();
+    case ConventionKind::tool_length:  // of the lever alone: else the readings show that the ball is
+                                       // elsewhere
+      return !c.in_readings && c.by_mm != Vec3::Zero();
     default:
       return false;
   }
@@ -75,8 +78,7 @@ bool proved_by_the_ball(const Machine& machine, const Model& model, const Datase
                         const Convention& c) {
   if (!moves_the_ball(c)) return false;
   const std::vector<double> before = ball_wanders_mm(machine, data);
-  if (before.empty() ||
-      std::any_of(before.begin(), before.end(), [](double mm) { return mm < kBallWanders_mm; }))
+  if (std::none_of(before.begin(), before.end(), [](double mm) { return mm > kBallWanders_mm; }))
     return false;
   const PutRight right = put_right(machine, model, data, c);
   const std::vector<double> after = ball_wanders_mm(right.machine, right.data);

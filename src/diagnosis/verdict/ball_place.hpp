@@ -18,7 +18,8 @@ inline constexpr double kBallWanders_mm = 1.0;
 /// Positions that hold the ball still as they are, and would not with this convention put right.
 bool refuted_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                          const Convention& convention);
-/// Positions that lead the ball about as they are, in every run, and hold it still with this put right.
+/// Positions that lead the ball about in a run as they are, and hold it still in every run with this put
+/// right.
 bool proved_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                         const Convention& convention);
 

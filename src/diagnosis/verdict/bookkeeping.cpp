@@ -311,6 +311,9 @@ class Judge {
   }
 
   // Smaller ones are what effects are made for.
+  bool is_possible(const Convention& c) const {
+    return large_enough(c) && !refuted_by_the_ball(machine_, model_, data_, c);
+  }
   static bool large_enough(const Convention& c) {
     switch (c.kind) {
       case ConventionKind::tool_length:
@@ -351,7 +354,7 @@ class Judge {
   Trial tried(const Convention& given) const {
     Trial out;
     out.what = estimated(given, model_);
-    if (large_enough(out.what)) compare(out);
+    if (is_possible(out.what)) compare(out);
     return out;
   }
   // Sizes of parameters cost several fits, and only add to what speaks against a convention: most explain
@@ -661,7 +664,7 @@ class Judge {
     std::vector<std::pair<double, Bookkeeping>> good;
     for (const Convention& given : list) {
       const Convention c = estimated(given, held);
-      if (!large_enough(c) || scales_to_nothing(c, data_)) continue;
+      if (!is_possible(c) || scales_to_nothing(c, data_)) continue;
       const Figures after = under(c, held);
       if (after.reduced() > kNearlyNoise / 1.5 || before.reduced() < kOverwhelming * after.reduced() ||
           after.reduced() < 1.0 / kNearlyNoise)

@@ -243,10 +243,11 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
   d.additions.clear();
 }
 
-// Where nothing was named: what explains it all. A formula that does no better is none.
+// Where nothing was named: what explains it all. A formula that does no better is none. That one run is
+// longer than the others is what a wrong scale of that run does, too.
 void say_what_explains(const InPlace& best, Diagnosis& d) {
   const std::string words = best.words() + ". " + best.condition->remedy;
-  if (best.condition->only_in) {
+  if (best.condition->only_in || (!best.condition->goes_with_time && !d.rows.odd_runs.empty())) {
     d.paragraph += " What would explain it: " + words;
     return;
   }
