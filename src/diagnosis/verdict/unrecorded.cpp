@@ -199,6 +199,7 @@ InPlace best_exchange(const Exchange& exchange, const std::vector<ModelEffect>& 
 
 std::vector<std::string> ids_of(const std::vector<const ModelEffect*>& effects) {
   std::vector<std::string> out;
+  out.reserve(effects.size());
   for (const ModelEffect* effect : effects) out.push_back(effect->id());
   return out;
 }
