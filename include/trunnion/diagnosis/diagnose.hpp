@@ -121,8 +121,10 @@ struct Diagnosis {
   double chi2 = 0.0, dof = 0.0;
   std::vector<Dependence> depends_on;  // of the residual of the model as it was given
   std::vector<Dependence> leftover;    // of the residual after adding `effects`
-  std::vector<std::string> imitators;  // effects that together imitate what one unknown function does
-  double explained = 0.0;              // share of the structure that `effects` explain
+  /// Effects that together imitate what one unknown function does, or may be a condition that no column
+  /// records.
+  std::vector<std::string> imitators;
+  double explained = 0.0;  // share of the structure that `effects` explain
   ScatterSeen scatter;
   std::size_t outliers = 0;
   bool only_rounding = false;       // what is left is no larger than the step of the readings makes it

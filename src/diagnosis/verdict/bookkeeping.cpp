@@ -310,10 +310,10 @@ class Judge {
     return out;
   }
 
-  // Smaller ones are what effects are made for.
   bool is_possible(const Convention& c) const {
     return large_enough(c) && !refuted_by_the_ball(machine_, model_, data_, c);
   }
+  // Smaller ones are what effects are made for.
   static bool large_enough(const Convention& c) {
     switch (c.kind) {
       case ConventionKind::tool_length:
@@ -643,9 +643,11 @@ class Judge {
   // What the positions alone prove, whatever the readings are.
   std::vector<Bookkeeping> proved() const {
     std::vector<Bookkeeping> out;
+    const auto wanders = ball_wanders_mm(machine_, data_);
+    if (std::none_of(wanders.begin(), wanders.end(), [](double mm) { return mm > kBallWanders_mm; }))
+      return out;
     for (const Convention& c : conventions(machine_, data_, model_)) {
       if (!proved_by_the_ball(machine_, model_, data_, c)) continue;
-      const auto wanders = ball_wanders_mm(machine_, data_);
       Bookkeeping one = said(c, as_given_, under(c, model_), false);
       one.words += " (As the files are the measured point wanders by " +
                    fixed_text(*std::max_element(wanders.begin(), wanders.end()), 1) +

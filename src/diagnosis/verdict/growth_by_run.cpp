@@ -58,7 +58,8 @@ std::vector<UnrecordedCondition> growth_by_run(const Observations& o) {
     if (o.machine().axes[axis].kind == AxisKind::linear) linear.push_back(axis);
   const auto add = [&](std::vector<AxisId> axes, const std::string& names) {
     UnrecordedCondition one;
-    one.what = names + " longer in one run than in another, as at temperatures that no sensor recorded";
+    one.what =
+        "a length of " + names + " that differs from run to run, as at temperatures that no sensor recorded";
     one.remedy =
         "Measure all runs at one temperature, or record that of the scales or screws (a column "
         "T_<name>_degC) and diagnose again.";
@@ -71,10 +72,10 @@ std::vector<UnrecordedCondition> growth_by_run(const Observations& o) {
   std::string all;
   for (const AxisId axis : linear) {
     const std::string& name = o.machine().axes[axis].name;
-    add({axis}, name + " is");
+    add({axis}, name);
     all += (all.empty() ? "" : axis == linear.back() ? " and " : ", ") + name;
   }
-  add(linear, all + " are");
+  add(linear, all);
   return out;
 }
 

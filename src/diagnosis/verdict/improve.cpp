@@ -90,7 +90,8 @@ bool number_is_open(const Diagnosis& d, const std::string& id) {
 }
 
 // Of explanations that cannot be told apart, the effect that is in each of them and alone takes most of what
-// held-out runs are off by: what is open is the rest. None that has variants: a set does not say which.
+// held-out runs are off by: what is open is the rest. None that has variants: a set does not say which; none
+// that something which no column records may be.
 std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
   if (d.verdict != Verdict::ambiguous || !d.bookkeeping.empty() || d.sets.size() < 2) return std::nullopt;
   for (const ModelEffect& effect : d.additions) {
@@ -99,6 +100,7 @@ std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
       return std::find(set.begin(), set.end(), info.id) != set.end();
     };
     if (!info.variant.empty() || number_is_open(d, info.id) || find_effect(d.base.model, info) != nullptr ||
+        std::find(d.imitators.begin(), d.imitators.end(), info.id) != d.imitators.end() ||
         !std::all_of(d.sets.begin(), d.sets.end(), has_it))
       continue;
     const auto r = std::find_if(d.ranking.begin(), d.ranking.end(),

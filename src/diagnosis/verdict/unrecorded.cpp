@@ -183,7 +183,7 @@ class Exchange {
   double chi2_ = 0.0, dof_ = 1.0;  // with all that was named
 };
 
-// In place of each effect, of each two, of all, of all thermal ones.
+// In place of each effect, of each two, of all.
 InPlace best_exchange(const Exchange& exchange, const std::vector<ModelEffect>& named) {
   const std::size_t count = named.size();
   InPlace best;
@@ -210,26 +210,43 @@ std::string listed_ids(const std::vector<const ModelEffect*>& effects) {
   return out;
 }
 
+// Each set once, the first first, without these effects; none that is empty then.
+std::vector<std::vector<std::string>> sets_without(const std::vector<std::vector<std::string>>& sets,
+                                                   const std::vector<std::string>& ids) {
+  std::vector<std::vector<std::string>> out;
+  for (std::vector<std::string> set : sets) {
+    std::erase_if(set,
+                  [&](const std::string& id) { return std::find(ids.begin(), ids.end(), id) != ids.end(); });
+    if (!set.empty() && std::find(out.begin(), out.end(), set) == out.end()) out.push_back(std::move(set));
+  }
+  return out;
+}
+
 // That the condition it is, and what the others show where it is of one run.
 void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
   const std::string instead = listed_ids(best.dropped);
   const std::string better = best.words() + ", explains the readings better";
   const auto& only_in = best.condition->only_in;
   if (only_in) d.rows.odd_runs = {o.data().context.runs[*only_in].id};
-  d.confidence = kOfCondition;
+  d.confidence = std::min(d.confidence, kOfCondition);
   d.next.reset();
+  const std::vector<std::vector<std::string>> others = sets_without(d.sets, ids_of(best.dropped));
   d.sets.clear();
   if (only_in && !best.kept.empty()) {
-    const std::string kept_ids = listed_ids(best.kept);
     const std::vector<std::string> kept = ids_of(best.kept);
+    const bool only_noise = best.per_degree() < kOnlyNoise;
     std::erase_if(d.additions, [&](const ModelEffect& e) {
       return std::find(kept.begin(), kept.end(), e.id()) == kept.end();
     });
-    d.verdict = Verdict::named;
+    // What the kept ones could not be told from stays open.
     d.effects = kept;
-    d.sets = {kept};
-    d.paragraph = "Missing in the model: " + kept_ids + ". " + instead + " is not: " + better + ". " +
-                  best.condition->remedy;
+    d.sets = others;
+    d.verdict = others.size() > 1 ? Verdict::ambiguous
+                : only_noise      ? Verdict::named
+                                  : Verdict::named_but_incomplete;
+    d.paragraph =
+        (others.size() > 1 ? "Missing in the model, or one of the other sets: " : "Missing in the model: ") +
+        listed_ids(best.kept) + ". " + instead + " is not: " + better + ". " + best.condition->remedy;
     return;
   }
   if (!best.condition->covariate.empty())
@@ -301,6 +318,7 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
                   [](const ModelEffect* effect) { return is_steady_drift(*effect); }))
     return;
   if (const std::vector<std::string> kept = ids_of(best.kept); !kept.empty()) d.sets.push_back(kept);
+  d.imitators = ids_of(best.dropped);
   d.verdict = Verdict::ambiguous;
   d.confidence = std::min(d.confidence, kBesideCondition);
   d.paragraph += " Or no " + listed_ids(best.dropped) + " is missing, but " + best.words() +
