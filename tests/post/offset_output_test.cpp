@@ -193,6 +193,10 @@ TEST(OffsetOutput, EveryControlWithWordsForItIsReadBack) {
       EXPECT_TRUE(p.report->verification->passed())
           << name << " " << p.report->verification->certified_tip_deviation_mm;
       EXPECT_EQ(p.report->offset_shifts, 4U) << name;
+      EXPECT_THAT(p.nc, testing::ContainsRegex("[Aa][Ff][Tt][Ee][Rr] [Aa][Nn] [Aa]")) << name;
+      const bool added = output == OffsetOutput::local_shift || c.offset_shift.set.empty();
+      EXPECT_EQ(testing::Value(p.nc, testing::ContainsRegex(" [Ww][Ii][Tt][Hh] [Zz][Ee][Rr][Oo][Ss]")), added)
+          << name << p.nc;
       if (output == OffsetOutput::local_shift) {
         EXPECT_THAT(p.nc, Not(HasSubstr("G10"))) << name;
       }

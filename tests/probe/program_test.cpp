@@ -101,6 +101,19 @@ TEST(ProbeProgram, RefusesWhatCannotBeReached) {
   EXPECT_THAT(below.error().message, testing::HasSubstr("below the table's top"));
 }
 
+// The control adds the length of the probe, and the words would be those of the gauge point.
+TEST(ProbeProgram, RefusesGaugePointWordsWhereTheControlAddsTheLength) {
+  Given given("trunnion_offset", "heidenhain_tnc640");
+  given.machine.output_point = OutputPoint::spindle;
+  const auto program = make_program(given.machine, given.control, given.options());
+  ASSERT_FALSE(program);
+  EXPECT_EQ(program.error().code, ErrorCode::wrong_use);
+  EXPECT_THAT(program.error().message, testing::HasSubstr("it needs point = \"tip\""));
+  given.machine.output_point = OutputPoint::tip;
+  const auto of_tip = make_program(given.machine, given.control, given.options());
+  EXPECT_TRUE(of_tip || of_tip.error().code != ErrorCode::wrong_use) << of_tip.error().message;
+}
+
 // Each pose from below and from above: what a worn worm leaves of the table's angle is in the readings, with
 // the sense that it belongs to.
 TEST(ProbeProgram, ReachesEachPoseFromBothSenses) {

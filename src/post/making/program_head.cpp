@@ -1,6 +1,7 @@
 #include "post/making/program_head.hpp"
 
 #include <filesystem>
+#include <tuple>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/program_zero.hpp"
@@ -12,11 +13,13 @@ namespace {
 
 // A shift outlasts an abort, and on some controls a reset and the power, too: the next program is moved by
 // it.
-std::string after_an_abort(OffsetOutput output, const nc::Template& shift) {
-  if (output == OffsetOutput::work_offset)
+std::string after_an_abort(OffsetOutput output, const nc::Controller& controller) {
+  const bool shifts = output == OffsetOutput::work_offset || output == OffsetOutput::local_shift;
+  const auto& [set, add] = std::tie(controller.offset_shift.set, controller.offset_shift.add);
+  if (!shifts || (set.empty() && add.empty())) return {};
+  if (output == OffsetOutput::work_offset && !set.empty())
     return "After an abort: set the work offset again before another program";
-  if (output != OffsetOutput::local_shift || shift.empty()) return {};
-  return "After an abort: " + shift.back().substr(0, shift.back().find(' ')) +
+  return "After an abort: " + add.back().substr(0, add.back().find(' ')) +
          " with zeros before another program";
 }
 
@@ -109,7 +112,7 @@ Result<void> ProgramHead::write(const Chunk& chunk) {
   if (posting_.options.feed == FeedOutput::per_minute && !posting_.options.rtcp && !needs.empty())
     lines.push_back("F per minute needs: " + needs);
   if (posting_.job.offsets != nullptr) {
-    const std::string line = after_an_abort(posting_.job.offset_output, posting_.controller.offset_shift.add);
+    const std::string line = after_an_abort(posting_.job.offset_output, posting_.controller);
     if (!line.empty()) lines.push_back(line);
   }
   lines.push_back(verdict_placeholder());
