@@ -1,11 +1,13 @@
 #include "diagnosis/verdict/ball_place.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/diagnose.hpp"
 
 #include "diagnosis/campaigns.hpp"
+#include "diagnosis/verdict/ball_offsets.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 
 // What the positions of a run with turning rotary axes prove of the files, whatever the readings are.
@@ -49,11 +51,15 @@ Convention unit(std::vector<AxisId> axes, double factor) {
 // Closed form: a ball stands still to the digits of its positions, and in inches it does not.
 TEST(BallPlace, StandsStillWherePositionsAreRight) {
   const Balls shop("");
-  const auto still = ball_wanders_mm(shop.machine, shop.data);
+  const auto still = turning_runs(shop.machine, shop.data);
   ASSERT_EQ(still.size(), 2U);
-  for (const double mm : still) EXPECT_LT(mm, 1e-6);
+  for (const TurningRun& run : still) {
+    EXPECT_LT(run.wanders_mm, 1e-6);
+    EXPECT_TRUE(run.follows);
+    EXPECT_EQ(run.rows.size(), 48U);
+  }
   const PutRight inches = put_right(shop.machine, shop.model, shop.data, unit({0, 1, 2}, 1.0 / 25.4));
-  for (const double mm : ball_wanders_mm(inches.machine, inches.data)) EXPECT_GT(mm, 50.0);
+  for (const TurningRun& run : turning_runs(inches.machine, inches.data)) EXPECT_GT(run.wanders_mm, 50.0);
 }
 
 // Before: inches were `named: component:EXA` with 0.985.
@@ -80,8 +86,84 @@ TEST(BallPlace, RefutesWhatWouldLeadTheBallAbout) {
   for (const Convention& c : conventions(shop.machine, shop.data, shop.model)) {
     if (!moves_the_ball(c)) continue;
     const PutRight right = put_right(shop.machine, shop.model, shop.data, c);
-    for (const double mm : ball_wanders_mm(right.machine, right.data)) EXPECT_LT(mm, kBallWanders_mm);
+    for (const TurningRun& run : turning_runs(right.machine, right.data))
+      EXPECT_LT(run.wanders_mm, kBallWanders_mm);
   }
+}
+
+Convention shifted(std::vector<AxisId> axes, std::vector<double> by) {
+  Convention c;
+  c.kind = ConventionKind::position_offset;
+  c.axes = std::move(axes);
+  c.by_position = std::move(by);
+  return c;
+}
+
+// Positions of a program zero were one effect or another; what has to be added is what was taken away.
+TEST(BallPlace, TellsPositionsThatCountFromAnotherZero) {
+  const Balls shop(
+      "[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n[[effect]]\nid = "
+      "\"location:C\"\n[effect.parameters]\nX0C_um = 9\n");
+  const AxisId x = *shop.machine.axis("X"), y = *shop.machine.axis("Y"), a = *shop.machine.axis("A");
+  for (const Convention& mistake :
+       {shifted({x, y}, {-130.5, 42.25}), shifted({y}, {3.0}), shifted({a}, {5.0 * kRadPerDegree}),
+        shifted({a}, {-90.0 * kRadPerDegree}), shifted({a}, {180.0 * kRadPerDegree})}) {
+    const Diagnosis d = shop.with(mistake);
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+    const Convention& said = d.bookkeeping.front().convention;
+    ASSERT_EQ(said.kind, ConventionKind::position_offset) << d.paragraph;
+    ASSERT_EQ(said.axes, mistake.axes) << d.paragraph;
+    for (std::size_t k = 0; k < said.axes.size(); ++k)
+      EXPECT_NEAR(std::remainder(said.by_position[k] + mistake.by_position[k],
+                                 kTwoPi * (said.axes[k] == a ? 1 : 1e9)),
+                  0.0, 1e-4)
+          << d.paragraph;
+    EXPECT_TRUE(d.additions.empty());
+  }
+}
+
+TEST(BallPlace, TellsTheLeverOfATool) {
+  const Balls shop("[[effect]]\nid = \"squareness:A0Z\"\n[effect.parameters]\nA0Z_urad = 40\n");
+  Convention longer;
+  longer.kind = ConventionKind::tool_length;
+  longer.by_mm = {0, 0, -12};
+  const Diagnosis d = shop.with(longer);
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::tool_length) << d.paragraph;
+  EXPECT_NEAR(d.bookkeeping.front().convention.by_mm.z(), 12.0, 1e-4);
+}
+
+// The other run is right, and stays so.
+TEST(BallPlace, TellsTheRunThatCountsFromAnotherZero) {
+  const Balls shop("[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n");
+  Convention mistake = shifted({*shop.machine.axis("X")}, {25.0});
+  mistake.run = 1;
+  const Diagnosis d = shop.with(mistake);
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().run, "b2") << d.paragraph;
+  EXPECT_NEAR(d.bookkeeping.front().convention.by_position.front(), -25.0, 1e-4);
+  EXPECT_EQ(d.bookkeeping.size(), 1U);
+}
+
+// A dial gauge that stands still over the turning table follows no ball: it would stand on the axis with any
+// positions that are near to zero.
+TEST(BallPlace, ATableMeasuredFromAFixedPlaceProvesNothing) {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  const Dataset data = test::measured(
+      machine,
+      "[[run]]\nid = \"face\"\nminutes = 5\nquantity = \"displacement\"\nn = [0, 0, 1]\nu_random = 0.6\n"
+      "u_common = 0.3\ntool_z_mm = -150\ngrid = { X_mm = [60], C_deg = [0, 30, 60, 90, 120, 150, 180, 210, "
+      "240, "
+      "270, 300, 330] }\n",
+      "[model]\nname = \"truth\"\n[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 9\n", 5);
+  const Model model = test::model_for(machine, data, "[model]\nname = \"none\"\n");
+  ASSERT_EQ(turning_runs(machine, data).size(), 1U);
+  EXPECT_FALSE(turning_runs(machine, data).front().follows);
+  EXPECT_GT(turning_runs(machine, data).front().wanders_mm, 50.0);
+  for (const Convention& c : conventions(machine, data, model))
+    EXPECT_FALSE(proved_by_the_ball(machine, model, data, c)) << text_of(c.kind) << c.factor;
+  EXPECT_TRUE(offsets_that_hold_the_ball(machine, data).empty());
+  EXPECT_NE(diagnose(machine, data, model).verdict, Verdict::bookkeeping);
 }
 
 // A tool that is longer by its lever alone leads the ball about as well; one that the readings show does not.

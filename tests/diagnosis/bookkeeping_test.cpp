@@ -157,6 +157,29 @@ TEST(LongBookkeeping, SwappedColumns) {
   EXPECT_EQ(e.bookkeeping.front().components, (std::vector<std::string>{"n_x", "n_z"})) << told_by(e);
 }
 
+// Before: 0 of 10 of a wrong sign of one component were told.
+TEST(LongBookkeeping, OneComponentOfNHasTheWrongSign) {
+  for (const int k : {0, 1, 2}) {
+    Files files(20 + static_cast<std::uint64_t>(k));
+    Convention c = of_kind(ConventionKind::component_sense);
+    c.components = {k};
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::component_sense) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().components, (std::vector<std::string>{std::string("n_") + "xyz"[k]}));
+    EXPECT_TRUE(d.additions.empty());
+  }
+}
+
+TEST(LongBookkeeping, NIsGivenInTheOtherFrame) {
+  Files files(23);
+  files.spoil(of_kind(ConventionKind::frame));
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << told_by(d);
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::frame) << told_by(d);
+}
+
 // C under A where the file has A under C, and the other way round.
 TEST(LongBookkeeping, TheOrderOfTwoRotaryAxes) {
   Convention c = of_kind(ConventionKind::stacking_order);

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "trunnion/diagnosis/measurement.hpp"
@@ -20,7 +21,10 @@ enum class ConventionKind : std::uint8_t {
   tool_offset,      // the measured point lies beside the spindle's axis, all readings show it
   ball_offset,      // the part's set-up of a run, where the model holds it fixed
   time_shift,       // temperatures and speeds were recorded by another clock
-  stacking_order    // of two rotary axes that carry the part the other one stands on the bed
+  stacking_order,   // of two rotary axes that carry the part the other one stands on the bed
+  component_sense,  // one component of n has the wrong sign
+  frame,            // n is given in the axes of the other frame
+  position_offset   // positions count from another zero than the machine file's
 };
 std::string_view text_of(ConventionKind kind);
 
@@ -28,18 +32,19 @@ std::string_view text_of(ConventionKind kind);
 struct Convention {
   ConventionKind kind = ConventionKind::axis_sense;
   std::vector<AxisId> axes;        // the one that turns; the two that are swapped or stacked; in another unit
-  std::vector<int> components;     // of n, 0 to 2: the two that are swapped
+  std::vector<int> components;     // of n, 0 to 2: the two that are swapped, or the one with the wrong sign
   std::optional<std::size_t> run;  // of Dataset::context; nothing: all
   std::optional<Quantity> quantity;  // nothing: both
   /// axis_sense: the sign of the data's columns instead of the machine's `direction`; swapped_columns: the
   /// positions alone, not the senses and speeds of motion with them.
   bool in_file = false;
-  bool with_uncertainty = false;  // unit: of u_random and u_common too
-  bool only_uncertainty = false;  // unit: of these alone
-  double factor = 1.0;            // unit: the right value is the given one times this
-  Vec3 by_mm = Vec3::Zero();      // what has to be added to the tool vector, or to the part's set-up in P
-  bool in_readings = false;       // tool_length: the readings show the offset itself, not its lever alone
-  double by_s = 0.0;              // the state of time t is the one that stands at t + by_s
+  bool with_uncertainty = false;    // unit: of u_random and u_common too
+  bool only_uncertainty = false;    // unit: of these alone
+  double factor = 1.0;              // unit: the right value is the given one times this
+  Vec3 by_mm = Vec3::Zero();        // what has to be added to the tool vector, or to the part's set-up in P
+  bool in_readings = false;         // tool_length: the readings show the offset itself, not its lever alone
+  std::vector<double> by_position;  // position_offset: to be added to each of `axes`; mm, rad
+  double by_s = 0.0;                // the state of time t is the one that stands at t + by_s
   /// time_shift: of each run, the speed before the first that is recorded then; empty: that one.
   std::vector<std::optional<double>> speed_before_rpm;
 };
@@ -49,6 +54,7 @@ struct Bookkeeping {
   Convention convention;
   std::string axis, run, quantity;  // names, as far as the kind has them
   std::vector<std::string> axes, components;
+  std::vector<std::pair<std::string, double>> by_column;  // position_offset: what to add; mm, deg
   double chi2_before = 0.0, chi2_after = 0.0, dof = 0.0;
   bool as_it_stands = false;  // found with the model's own values, not with fitted ones
   std::string words;          // what to put right, and where

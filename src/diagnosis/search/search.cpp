@@ -406,6 +406,47 @@ void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) cons
   }
 }
 
+// `found` with a member of two columns exchanged for two effects of one parameter that span the same: two
+// squarenesses of Z with one length of tool are what an overhanging Z would be. That two effects are rarer
+// than one is in the price; where it is not enough, nobody can tell.
+void Search::add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const {
+  constexpr double kIndependent = 0.9;
+  for (const Atom& own : found.members) {
+    std::vector<Atom> rest;
+    for (const Atom& atom : found.members)
+      if (atom.family != own.family) rest.push_back(atom);
+    const Remainder given = atoms_.remainder(pointers(rest));
+    MatrixXd mine = own.U().cast<double>();
+    take_out(given.basis, mine);
+    mine = pivoted_qr(mine, kGivenRest).Q;
+    if (mine.cols() != 2) continue;
+    std::vector<std::pair<const Atom*, VectorXd>> inside;
+    for (const Atom& other : atoms_.all()) {
+      const EffectInfo& info = atoms_.effect(other).info();
+      if (other.rank() != 1 || info.linear_count() != 1 || info.shape_count() > 0 ||
+          has_family(found, other.family))
+        continue;
+      MatrixXd left = other.U().cast<double>();
+      take_out(given.basis, left);
+      const double length = left.norm();
+      if (length < kGivenRest || (mine.transpose() * left).norm() < kSameSignal * length) continue;
+      inside.emplace_back(&other, left / length);
+    }
+    for (std::size_t a = 0; a < inside.size(); ++a)
+      for (std::size_t b = a + 1; b < inside.size(); ++b) {
+        if (inside[a].first->family == inside[b].first->family ||
+            std::abs(inside[a].second.dot(inside[b].second)) > kIndependent)
+          continue;
+        std::vector<Atom> members = rest;
+        members.push_back(*inside[a].first);
+        members.push_back(*inside[b].first);
+        EffectSet set = evaluate(std::move(members));
+        if (set.criterion < found.criterion + kThousandToOne && set.significant(kRivalLevel))
+          out.push_back(std::move(set));
+      }
+  }
+}
+
 bool Search::exchange_members(const EffectSet& set, std::set<Families>& looked) {
   bool any = false;
   for (std::size_t m = 0; m < set.members.size(); ++m) {
@@ -472,6 +513,7 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
       if (looked.size() < kMostExchanged && exchange_members(rival, looked)) more = true;
   }
   add_twins(found, out);
+  add_pairs(found, out);
   std::sort(out.begin(), out.end(),
             [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
   return out;

@@ -66,6 +66,7 @@ class Search {
   EffectSet evaluate(std::vector<Atom> members) const;
   bool in_general(const Atom& larger, const Atom& smaller) const;
   void add_twins(const EffectSet& found, std::vector<EffectSet>& out) const;
+  void add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const;
   void complete(EffectSet& set) const;
   bool rounding_matters(const Products& products) const;
   Share share_beside(const Products& products, const std::vector<Atom>& members, std::size_t member,

@@ -11,37 +11,44 @@ namespace {
 
 constexpr double kTurns_rad = 0.5 * kRadPerDegree;  // 30 degrees, written in radians
 
-struct OfRun {
+double wanders_mm(const Machine& machine, const Dataset& data, const std::vector<std::size_t>& rows) {
   std::vector<Vec3> places_P;
-  std::optional<JointVector> first;
-  bool turns = false;
-};
+  places_P.reserve(rows.size());
+  Vec3 middle = Vec3::Zero();
+  for (const std::size_t row : rows) {
+    places_P.push_back(forward(machine, data.track.state(row).q, data.rows[row].tool_mm).p);
+    middle += places_P.back() / static_cast<double>(rows.size());
+  }
+  double most = 0.0;
+  for (const Vec3& place : places_P) most = std::max(most, (place - middle).norm());
+  return most;
+}
 
 }  // namespace
 
-std::vector<double> ball_wanders_mm(const Machine& machine, const Dataset& data) {
-  std::vector<OfRun> runs(data.context.runs.size());
+std::vector<TurningRun> turning_runs(const Machine& machine, const Dataset& data) {
+  std::vector<TurningRun> runs(data.context.runs.size());
+  std::vector<bool> turns(runs.size(), false);
   std::size_t before = data.track.size();
   for (const Reading& r : data.readings) {
     if (r.quantity != Quantity::displacement || r.row == before) continue;
     before = r.row;
     const MachineState state = data.track.state(r.row);
-    OfRun& run = runs[state.run];
-    if (!run.first) run.first = state.q;
-    for (const AxisId axis : machine.rotary_axes())
-      run.turns = run.turns || std::abs(state.q[axis] - (*run.first)[axis]) > kTurns_rad;
-    run.places_P.push_back(forward(machine, state.q, data.rows[r.row].tool_mm).p);
+    TurningRun& run = runs[state.run];
+    run.run = state.run;
+    run.rows.push_back(r.row);
+    const MachineState first = data.track.state(run.rows.front());
+    for (AxisId axis = 0; axis < machine.axes.size(); ++axis) {
+      const double by = std::abs(state.q[axis] - first.q[axis]);
+      if (machine.axes[axis].kind == AxisKind::linear)
+        run.follows = run.follows || by > kBallWanders_mm;
+      else if (by > kTurns_rad)
+        turns[state.run] = true;
+    }
   }
-  std::vector<double> out;
-  for (const OfRun& run : runs) {
-    if (!run.turns) continue;
-    Vec3 middle = Vec3::Zero();
-    for (const Vec3& place : run.places_P) middle += place / static_cast<double>(run.places_P.size());
-    double most = 0.0;
-    for (const Vec3& place : run.places_P) most = std::max(most, (place - middle).norm());
-    out.push_back(most);
-  }
-  return out;
+  std::erase_if(runs, [&](const TurningRun& run) { return run.rows.empty() || !turns[run.run]; });
+  for (TurningRun& run : runs) run.wanders_mm = wanders_mm(machine, data, run.rows);
+  return runs;
 }
 
 bool moves_the_ball(const Convention& c) {
@@ -63,27 +70,34 @@ bool moves_the_ball(const Convention& c) {
 bool refuted_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                          const Convention& c) {
   if (!moves_the_ball(c)) return false;
-  const std::vector<double> before = ball_wanders_mm(machine, data);
-  if (std::none_of(before.begin(), before.end(), [](double mm) { return mm < kBallStands_mm; })) return false;
+  const std::vector<TurningRun> before = turning_runs(machine, data);
+  const auto stands = [](const TurningRun& run) { return run.wanders_mm < kBallStands_mm; };
+  if (std::none_of(before.begin(), before.end(), stands)) return false;
   const PutRight right = put_right(machine, model, data, c);
-  const std::vector<double> after = ball_wanders_mm(right.machine, right.data);
+  const std::vector<TurningRun> after = turning_runs(right.machine, right.data);
   // Of runs that turn in either case.
   if (after.size() != before.size()) return false;
   for (std::size_t k = 0; k < before.size(); ++k)
-    if (before[k] < kBallStands_mm && after[k] > kBallWanders_mm) return true;
+    if (stands(before[k]) && after[k].wanders_mm > kBallWanders_mm) return true;
   return false;
 }
 
 bool proved_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                         const Convention& c) {
   if (!moves_the_ball(c)) return false;
-  const std::vector<double> before = ball_wanders_mm(machine, data);
-  if (std::none_of(before.begin(), before.end(), [](double mm) { return mm > kBallWanders_mm; }))
-    return false;
+  const auto wanders = [](const TurningRun& run) { return run.follows && run.wanders_mm > kBallWanders_mm; };
+  const std::vector<TurningRun> before = turning_runs(machine, data);
+  if (std::none_of(before.begin(), before.end(), wanders)) return false;
   const PutRight right = put_right(machine, model, data, c);
-  const std::vector<double> after = ball_wanders_mm(right.machine, right.data);
-  return !after.empty() &&
-         std::all_of(after.begin(), after.end(), [](double mm) { return mm < kBallStands_mm; });
+  const std::vector<TurningRun> after = turning_runs(right.machine, right.data);
+  // A factor that makes all positions nearly one would hold anything still.
+  return std::any_of(after.begin(), after.end(), [](const TurningRun& run) { return run.follows; }) &&
+         std::all_of(after.begin(), after.end(), [&](const TurningRun& now) {
+           const auto was = std::find_if(before.begin(), before.end(),
+                                         [&](const TurningRun& run) { return run.run == now.run; });
+           const bool followed = was == before.end() || was->follows;
+           return !followed || (now.follows && now.wanders_mm < kBallStands_mm);
+         });
 }
 
 }  // namespace trunnion::diagnosis

@@ -13,6 +13,7 @@
 #include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/atoms.hpp"
+#include "diagnosis/verdict/ball_offsets.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping_figures.hpp"
 #include "diagnosis/verdict/clock_shift.hpp"
@@ -330,6 +331,9 @@ class Judge {
       case ConventionKind::swapped_columns:
       case ConventionKind::unit:
       case ConventionKind::stacking_order:
+      case ConventionKind::component_sense:
+      case ConventionKind::frame:
+      case ConventionKind::position_offset:
         return true;
     }
     return true;
@@ -643,14 +647,17 @@ class Judge {
   // What the positions alone prove, whatever the readings are.
   std::vector<Bookkeeping> proved() const {
     std::vector<Bookkeeping> out;
-    const auto wanders = ball_wanders_mm(machine_, data_);
-    if (std::none_of(wanders.begin(), wanders.end(), [](double mm) { return mm > kBallWanders_mm; }))
-      return out;
-    for (const Convention& c : conventions(machine_, data_, model_)) {
-      if (!proved_by_the_ball(machine_, model_, data_, c)) continue;
+    double wanders_mm = 0.0;
+    for (const TurningRun& run : turning_runs(machine_, data_))
+      if (run.follows) wanders_mm = std::max(wanders_mm, run.wanders_mm);
+    if (wanders_mm <= kBallWanders_mm) return out;
+    std::vector<Convention> holding = conventions(machine_, data_, model_);
+    std::erase_if(holding,
+                  [&](const Convention& c) { return !proved_by_the_ball(machine_, model_, data_, c); });
+    if (holding.empty()) holding = offsets_that_hold_the_ball(machine_, data_);
+    for (const Convention& c : holding) {
       Bookkeeping one = said(c, as_given_, under(c, model_), false);
-      one.words += " (As the files are the measured point wanders by " +
-                   fixed_text(*std::max_element(wanders.begin(), wanders.end()), 1) +
+      one.words += " (As the files are the measured point wanders by " + fixed_text(wanders_mm, 1) +
                    " mm on the part while the rotary axes turn; with that put right it stands still.)";
       add(out, std::move(one));
     }
@@ -723,6 +730,11 @@ class Judge {
     if (c.kind != ConventionKind::axis_sense)
       for (const AxisId a : c.axes) out.axes.push_back(name(a));
     for (const int k : c.components) out.components.push_back(std::string("n_") + "xyz"[k]);
+    for (std::size_t k = 0; k < c.by_position.size(); ++k) {
+      const bool rotary = machine_.axes[c.axes[k]].kind == AxisKind::rotary;
+      out.by_column.emplace_back(name(c.axes[k]) + (rotary ? "_deg" : "_mm"),
+                                 c.by_position[k] * (rotary ? kDegreePerRad : 1.0));
+    }
     if (c.run) out.run = data_.context.runs[*c.run].id;
     if (c.quantity) out.quantity = *c.quantity == Quantity::displacement ? "displacement" : "rotation";
     out.chi2_before = before.chi2;

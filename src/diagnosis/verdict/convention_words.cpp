@@ -80,8 +80,21 @@ std::string sense_words(const Bookkeeping& b, const Dataset& data) {
          " have the wrong sign: `value` is actual minus nominal, of the tool relative to the part, along n";
 }
 
+std::string offsets(const Bookkeeping& b) {
+  std::string out;
+  for (const auto& [column, by] : b.by_column)
+    out += (out.empty() ? "" : ", ") + fixed_text(by, 3) + (column.ends_with("_deg") ? " deg" : " mm") +
+           " to " + column;
+  return out;
+}
+
+bool says_part(const Dataset& data) {
+  return !data.readings.empty() && data.readings.front().frame == SensitivityFrame::part;
+}
+
 std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
   const Convention& c = b.convention;
+  const std::string of_run = b.run.empty() ? "" : " of run '" + b.run + "'";
   switch (c.kind) {
     case ConventionKind::axis_sense:
       return "Axis " + b.axis + " goes the other way than these files say: turn round `direction` of axis " +
@@ -98,9 +111,9 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
     case ConventionKind::unit:
       return unit_words(b, machine, data);
     case ConventionKind::tool_length:
-      return "The tool is " + fixed_text(std::abs(c.by_mm.z()), 3) + " mm " +
+      return "The tool" + of_run + " is " + fixed_text(std::abs(c.by_mm.z()), 3) + " mm " +
              (c.by_mm.z() < 0.0 ? "longer" : "shorter") + " than given: put right tool_z_mm in " +
-             listed_files(data) + ", or where that column is missing `length_mm` of [tool] in " +
+             listed_files(data, c.run) + ", or where that column is missing `length_mm` of [tool] in " +
              machine_file(machine);
     case ConventionKind::tool_offset:
       return "The measured point lies " + signed_mm(c.by_mm) +
@@ -119,6 +132,19 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return b.axes[1] + " carries " + b.axes[0] + ", not " + b.axes[0] + " " + b.axes[1] +
              ": exchange the two in `part` of [chain] in " + machine_file(machine) +
              ". Turn each of them alone and look whether the other one's axis moves with it";
+    case ConventionKind::component_sense:
+      return "The column " + b.components.front() + " of " + listed_files(data) +
+             " has the wrong sign, or the readings along it have: `value` is actual minus nominal, of the "
+             "tool "
+             "relative to the part, along n";
+    case ConventionKind::frame:
+      return "The column frame of " + listed_files(data) +
+             " is wrong: the directions n are given in the axes of the " +
+             (says_part(data) ? "machine, not of the part" : "part, not of the machine");
+    case ConventionKind::position_offset:
+      return "The positions in " + joined_columns(machine, b.axes) + of_run + " in " +
+             listed_files(data, c.run) + " count from another zero than the machine file: add " + offsets(b) +
+             " (a program zero, or the zero of another file?)";
   }
   return "";
 }

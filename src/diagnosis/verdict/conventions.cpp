@@ -62,6 +62,7 @@ class Listed {
 
   std::vector<Convention> all() {
     senses();
+    directions();
     swaps();
     stacking();
     units();
@@ -91,6 +92,22 @@ class Listed {
       for (const Quantity q : {Quantity::displacement, Quantity::rotation})
         add(ConventionKind::reading_sense).quantity = q;
     add(ConventionKind::reading_sense);
+  }
+  // What n says. Where all readings are along one axis, its sign is that of the readings.
+  void directions() {
+    constexpr double kSeen = 1e-6;
+    for (int k = 0; k < 3; ++k) {
+      const auto along = [k](const Reading& r) { return std::abs(r.n[k]) > kSeen; };
+      const auto beside = [k](const Reading& r) { return std::abs(r.n[k]) < 1.0 - kSeen; };
+      if (std::any_of(data_.readings.begin(), data_.readings.end(), along) &&
+          std::any_of(data_.readings.begin(), data_.readings.end(), beside))
+        add(ConventionKind::component_sense).components = {k};
+    }
+    for (const AxisId a : machine_.rotary_axes())
+      if (!stands_still(data_, a)) {
+        add(ConventionKind::frame);
+        return;
+      }
   }
   void swaps() {
     for (AxisId a = 0; a < machine_.axes.size(); ++a)
@@ -253,6 +270,12 @@ std::string_view text_of(ConventionKind kind) {
       return "time_shift";
     case ConventionKind::stacking_order:
       return "stacking_order";
+    case ConventionKind::component_sense:
+      return "component_sense";
+    case ConventionKind::frame:
+      return "frame";
+    case ConventionKind::position_offset:
+      return "position_offset";
   }
   return "";
 }

@@ -37,6 +37,10 @@ bool concerns(const Dataset& data, const Reading& r, const Convention& c) {
   return (!c.run || data.run_of(r) == *c.run) && (!c.quantity || r.quantity == *c.quantity);
 }
 
+bool of_its_run(const Parts& parts, std::size_t row, const Convention& c) {
+  return !c.run || parts.states[row].run == *c.run;
+}
+
 void turn_axis(MachineState& s, AxisId a) {
   s.q[a] = -s.q[a];
   s.velocity[a] = -s.velocity[a];
@@ -58,11 +62,18 @@ Vec3 n_in_machine(const DeviationMap& map, const Reading& r) {
 void move_tool(Parts& parts, const Machine& machine, const Convention& c) {
   if (c.in_readings)
     for (Reading& r : parts.readings) {
-      if (r.quantity != Quantity::displacement) continue;
+      if (r.quantity != Quantity::displacement || !of_its_run(parts, r.row, c)) continue;
       const DeviationMap map(machine, parts.states[r.row].q, parts.rows[r.row].tool_mm);
       r.value -= n_in_machine(map, r).dot(c.by_mm);
     }
-  for (RowOrigin& row : parts.rows) row.tool_mm += c.by_mm;
+  for (std::size_t i = 0; i < parts.rows.size(); ++i)
+    if (of_its_run(parts, i, c)) parts.rows[i].tool_mm += c.by_mm;
+}
+
+void move_positions(Parts& parts, const Convention& c) {
+  for (std::size_t i = 0; i < parts.states.size(); ++i)
+    for (std::size_t k = 0; of_its_run(parts, i, c) && k < c.axes.size(); ++k)
+      parts.states[i].q[c.axes[k]] += c.by_position[k];
 }
 
 void move_part(Parts& parts, const Machine& machine, const Dataset& data, const Convention& c) {
@@ -171,6 +182,16 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       break;
     case ConventionKind::time_shift:
       shift_clock(parts, data.context.runs.size(), c);
+      break;
+    case ConventionKind::component_sense:
+      for (Reading& r : parts.readings) r.n[c.components.front()] = -r.n[c.components.front()];
+      break;
+    case ConventionKind::frame:
+      for (Reading& r : parts.readings)
+        r.frame = r.frame == SensitivityFrame::part ? SensitivityFrame::machine : SensitivityFrame::part;
+      break;
+    case ConventionKind::position_offset:
+      move_positions(parts, c);
       break;
     case ConventionKind::stacking_order:  // in the machine alone, above
       break;

@@ -13,7 +13,8 @@ from .oracle import Oracle
 from .rows import write_rows
 from .trial import diagnosed
 
-KINDS = ("axis_sense", "run_sense", "all_sense", "swapped_axes", "swapped_n", "unit", "tool_length", "time_shift")
+KINDS = ("axis_sense", "run_sense", "all_sense", "swapped_axes", "swapped_n", "unit", "tool_length", "time_shift", "component_sense",
+         "frame", "zero_linear", "zero_rotary")
 NONE = "none"  # the same campaigns and models, nothing wrong
 SEEN = 3.0  # chi-square per reading of the known effects beside the mistake: what is less does no harm that would be seen
 BASE = ["location:A", "location:C", "squareness:C0Y", "squareness:B0Z", "squareness:A0Z", "component:EBX", "component:EAY",
@@ -77,6 +78,19 @@ def wrong(kind, machine, rows, values, rng):
         # The readings show the offset itself, along Z of the machine; its lever alone would hardly be seen.
         values = values - np.where(rows.is_rotation, 0.0, longer * 1e3 * rows.n[:, 2])
         return machine, rows, values, factor, {"kind": "tool_length", "by_mm": longer}
+    if kind == "component_sense":
+        k = int(rng.integers(3))
+        rows.n = rows.n * np.where(np.arange(3) == k, -1.0, 1.0)
+        return machine, rows, values, factor, {"kind": "component_sense", "components": [f"n_{'xyz'[k]}"]}
+    if kind == "frame":
+        rows.frame = np.where(rows.frame == "part", "machine", "part")
+        return machine, rows, values, factor, {"kind": "frame"}
+    if kind in ("zero_linear", "zero_rotary"):
+        axis, largest = (str(rng.choice(["X", "Y"])), 200.0) if kind == "zero_linear" else ("A", math.radians(30.0))
+        by = float(rng.choice([-1, 1]) * np.exp(rng.uniform(math.log(0.1 * largest), math.log(largest))))
+        rows.q = dict(rows.q, **{axis: rows.q[axis] + by})
+        return machine, rows, values, factor, {"kind": "position_offset", "axes": [axis],
+                                               "by": {f"{axis}_mm": -by} if axis != "A" else {"A_deg": -math.degrees(by)}}
     by = float(rng.choice([-1, 1]) * np.exp(rng.uniform(math.log(300.0), math.log(1800.0))))
     for run in rows.run_names:
         here = np.flatnonzero(rows.run == run)
@@ -139,6 +153,8 @@ def right(answer, said):
         return abs(first["by_mm"] - answer["by_mm"]) < 0.2 * abs(answer["by_mm"]) + 0.5
     if answer["kind"] == "time_shift":
         return abs(first["by_s"] - answer["by_s"]) < 0.3 * abs(answer["by_s"]) + 60.0
+    if answer["kind"] == "position_offset":
+        return all(abs(first["by"][column] - by) < 0.01 for column, by in answer["by"].items())
     return True
 
 
