@@ -238,14 +238,9 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
   arc_.plane = said_.plane;
   const AxisWords position = frames_.now.program_of(place);
   arc_.words = position;
-  if ((position.mask & kXyz) != kXyz) {
-    fail(found.column, "an arc from a place that is not known");
-    return std::nullopt;
-  }
-  if (frames_.now.turns() && said_.plane != 0) {
-    fail(found.column, "an arc across another plane than X Y in coordinates that are turned");
-    return std::nullopt;
-  }
+  if ((position.mask & kXyz) != kXyz) return refuse(found.column, "an arc from a place that is not known");
+  if (frames_.now.turns() && said_.plane != 0)
+    return refuse(found.column, "an arc across another plane than X Y in coordinates that are turned");
   const auto [first, second, third] = plane_axes(said_.plane);
   std::optional<std::int64_t> radius;
   std::int64_t turns = 0;  // beside the part of one
@@ -258,10 +253,8 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     if (word.letter >= 'X' && word.letter <= 'Z') {
       if (!quanta_of(word, value)) return std::nullopt;
       const auto letter = static_cast<AxisLetter>(word.letter - 'X');
-      if (is_relative(word) && (said_.stale_places & AxisWords::bit(letter)) != 0) {
-        fail(word.column, "an increment behind a shift: say a place in these coordinates first");
-        return std::nullopt;
-      }
+      if (is_relative(word) && (said_.stale_places & AxisWords::bit(letter)) != 0)
+        return refuse(word.column, "an increment behind a shift: say a place in these coordinates first");
       if (!is_relative(word)) said_.stale_places &= static_cast<std::uint16_t>(~AxisWords::bit(letter));
       arc_.words.set(letter, value + (is_relative(word) ? position[letter] : 0));
     } else if (word.letter >= 'I' && word.letter <= 'K') {
@@ -278,10 +271,8 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     } else if (word.letter == kTurns || c_.input.places.more_turns == std::string(1, word.letter)) {
       constexpr std::int64_t kMostTurns = 10000;
       if (!to_quanta(word.number, 0, turns) || turns < 0 || turns > kMostTurns ||
-          (word.letter != kTurns && turns-- == 0)) {
-        fail(word.column, "a number of turns that is none, or too large");
-        return std::nullopt;
-      }
+          (word.letter != kTurns && turns-- == 0))
+        return refuse(word.column, "a number of turns that is none, or too large");
     } else {
       continue;
     }
@@ -289,15 +280,11 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     word.used = true;
   }
   // Some take the radius, some refuse it.
-  if (radius && (center[0] || center[1] || center[2])) {
-    fail(found.column, "an arc with its radius and its centre");
-    return std::nullopt;
-  }
+  if (radius && (center[0] || center[1] || center[2]))
+    return refuse(found.column, "an arc with its radius and its centre");
   found.event = {EventKind::arc, *clockwise ? 1 : 0};
-  if (turns > 0 && frames_.now.turns()) {
-    fail(found.column, "a helix of several turns in coordinates that are turned is not read");
-    return std::nullopt;
-  }
+  if (turns > 0 && frames_.now.turns())
+    return refuse(found.column, "a helix of several turns in coordinates that are turned is not read");
   // Not every compiler lets a lambda capture a binding.
   const std::array<AxisLetter, 2> in_plane = {first, second};
   const auto placed = [&] {
@@ -311,18 +298,14 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     return found;
   };
   if (radius) return place_center(position, *radius, found.column) ? std::optional(placed()) : std::nullopt;
-  if (center[index(third)] || (!center[index(first)] && !center[index(second)])) {
-    fail(found.column, center[index(third)] ? "an arc whose centre is given across its plane"
-                                            : "an arc without its centre or its radius");
-    return std::nullopt;
-  }
+  if (center[index(third)] || (!center[index(first)] && !center[index(second)]))
+    return refuse(found.column, center[index(third)] ? "an arc whose centre is given across its plane"
+                                                     : "an arc without its centre or its radius");
   for (std::size_t i = 0; i < 2; ++i) {
     const bool is_said = center[index(in_plane[i])].has_value();
     const bool absolute = (absolute_centers & AxisWords::bit(in_plane[i])) != 0;
-    if (!is_said && (said_.centers_absolute || c_.arcs.center_absolute)) {
-      fail(found.column, "an arc whose centre is not given in both directions of its plane");
-      return std::nullopt;
-    }
+    if (!is_said && (said_.centers_absolute || c_.arcs.center_absolute))
+      return refuse(found.column, "an arc whose centre is not given in both directions of its plane");
     arc_.center[i] = center[index(in_plane[i])].value_or(0) + (absolute ? 0 : position[in_plane[i]]);
   }
   return placed();
@@ -400,15 +383,11 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
     found.event = pattern.event;
     found.column = code->column;
     found.pattern = &pattern;
-    if (said_.plane != 0) {
-      fail(code->column, "a drilling cycle across another plane than X Y ('" + c_.input.planes[said_.plane] +
-                             "') is not read");
-      return std::nullopt;
-    }
-    if (said_.increments) {
-      fail(code->column, "a drilling cycle in increments ('" + c_.incremental.on + "') is not read");
-      return std::nullopt;
-    }
+    if (said_.plane != 0)
+      return refuse(code->column, "a drilling cycle across another plane than X Y ('" +
+                                      c_.input.planes[said_.plane] + "') is not read");
+    if (said_.increments)
+      return refuse(code->column, "a drilling cycle in increments ('" + c_.incremental.on + "') is not read");
     code->used = true;
     bool says_place = false;
     for (const PatternWord& wanted : pattern.words) {
@@ -427,16 +406,13 @@ std::optional<FoundEvent> OtherWords::take_cycle(ParsedLine& line, const Pattern
                                     wanted.placeholder == Placeholder::y ||
                                     wanted.placeholder == Placeholder::feed;
       if (may_stand_before) continue;
-      if (!in_cycle || !cycle_.has(wanted.placeholder)) {
-        fail(code->column, std::string("a drilling cycle without its ") + wanted.letter + " word");
-        return std::nullopt;
-      }
+      if (!in_cycle || !cycle_.has(wanted.placeholder))
+        return refuse(code->column, std::string("a drilling cycle without its ") + wanted.letter + " word");
       found.captures.set(wanted.placeholder, cycle_[wanted.placeholder]);
     }
-    if (!says_place) {
-      fail(code->column, "a drilling cycle without X, Y, Z and R: controls differ in whether it drills here");
-      return std::nullopt;
-    }
+    if (!says_place)
+      return refuse(code->column,
+                    "a drilling cycle without X, Y, Z and R: controls differ in whether it drills here");
     cycle_ = found.captures;
     circle_.reset();
     return found;
@@ -485,19 +461,15 @@ std::optional<OtherWords::MachineMotion> OtherWords::take_machine_motion(ParsedL
     word.used = true;
   }
   if (out.column == 0) return std::nullopt;
-  if (out.to_position && said_.increments) {
-    fail(out.column, "'" + c_.input.machine_position + "' under '" + c_.incremental.on +
-                         "': controls differ in where that leads");
-    return std::nullopt;
-  }
+  if (out.to_position && said_.increments)
+    return refuse(out.column, "'" + c_.input.machine_position + "' under '" + c_.incremental.on +
+                                  "': controls differ in where that leads");
   for (std::size_t i = 0; i < line.word_count; ++i) {
     Word& word = line.words[i];
     const auto letter = axis_letter(std::string(1, word.letter));
     if (word.used || !letter) continue;
-    if (word.means == Word::Means::way) {
-      fail(word.column, "a way in the line of a place of the machine");
-      return std::nullopt;
-    }
+    if (word.means == Word::Means::way)
+      return refuse(word.column, "a way in the line of a place of the machine");
     std::int64_t value = 0;
     if (!to_quanta(word.number, format_.decimals(*letter), value) || !has_its_point(word, value)) {
       if (error.empty()) fail(word.column, std::string("'") + word.letter + "' has too many decimals");

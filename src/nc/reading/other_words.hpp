@@ -142,6 +142,10 @@ class OtherWords {
   void note(const std::string& word, Mode mode);
   void set(Mode mode);
   bool fail(std::uint32_t column, const std::string& message);
+  std::nullopt_t refuse(std::uint32_t column, const std::string& message) {
+    fail(column, message);
+    return std::nullopt;
+  }
   bool is_code(const Word& word, const std::string& text) const;
   bool is_beyond(std::int64_t quanta) const;
   bool has_its_point(const Word& word, std::int64_t quanta);

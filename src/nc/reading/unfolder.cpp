@@ -84,8 +84,9 @@ bool reads_whole(const char*& p, const char* end, std::string_view word, std::in
 Unfolder::Unfolder(const Controller& controller, Sink sink, Fault fault)
     : c_(controller), sink_(std::move(sink)), fault_(std::move(fault)), values_(controller) {}
 
-void Unfolder::fail(const std::string& message) {
+bool Unfolder::fail(const std::string& message) {
   if (!std::exchange(over_, true)) fault_(line_, message);
+  return true;
 }
 
 // What stands behind the end is no part of the program.
@@ -201,7 +202,7 @@ void Unfolder::run(std::string_view text, std::uint32_t line) {
     case ValueWords::Line::taken:
       return;
     case ValueWords::Line::wrong:
-      return fail(values_.expressions.error);
+      fail(values_.expressions.error);
   }
 }
 
@@ -249,8 +250,7 @@ bool Unfolder::run_call(const std::string& text) {
       for (s = p; s != end; ++s) {
         const char* t = s;
         if (!reads(t, end, *name) || (t != end && is_digit(*t))) continue;
-        fail("'" + *name + "' beside other words: it is read in a line of its own");
-        return true;
+        return fail("'" + *name + "' beside other words: it is read in a line of its own");
       }
       continue;
     }
@@ -265,30 +265,19 @@ bool Unfolder::run_call(const std::string& text) {
       return true;
     }
     std::int64_t number = 0, times = 1;
-    if (!reads_whole(s, end, "P", number)) {
-      fail("'" + *name + "' without P and a number");
-      return true;
-    }
+    if (!reads_whole(s, end, "P", number)) return fail("'" + *name + "' without P and a number");
     reads_whole(s, end, "L", times);
-    if (skip_blanks(s, end) != end) {
-      fail("'" + *name + "' is read with P and L, and nothing else in its line");
-      return true;
-    }
-    if (name == &in.call && number > in.largest_program) {
-      fail("'P" + std::to_string(number) + "': a number of a program has up to " +
-           std::to_string(in.largest_program) + " here; how often it is called is said by L");
-      return true;
-    }
-    if (times == 0) {
-      fail("'L0': how often controls run a subprogram then differs");
-      return true;
-    }
+    if (skip_blanks(s, end) != end)
+      return fail("'" + *name + "' is read with P and L, and nothing else in its line");
+    if (name == &in.call && number > in.largest_program)
+      return fail("'P" + std::to_string(number) + "': a number of a program has up to " +
+                  std::to_string(in.largest_program) + " here; how often it is called is said by L");
+    if (times == 0) return fail("'L0': how often controls run a subprogram then differs");
     const std::size_t to = find_program(number, name == &in.call ? 'O' : 'N');
-    if (to == kept_.size()) {
-      fail(std::string("no ") + (name == &in.call ? "O" : "N") + std::to_string(number) +
-           " behind this line, or more than one: put the subprogram into this file, behind the program");
-      return true;
-    }
+    if (to == kept_.size())
+      return fail(
+          std::string("no ") + (name == &in.call ? "O" : "N") + std::to_string(number) +
+          " behind this line, or more than one: put the subprogram into this file, behind the program");
     return call(to, times, false);
   }
   return false;
@@ -345,34 +334,24 @@ bool Unfolder::run_labels(const std::string& text) {
   const char* s = p;
   if (!reads(s, end, in.call_label)) return false;
   std::int64_t times = 0;
-  if (!reads_whole(s, end, "", number) || number == 0) {
-    fail("'" + in.call_label + "' is read with a number above 0");
-    return true;
-  }
+  if (!reads_whole(s, end, "", number) || number == 0)
+    return fail("'" + in.call_label + "' is read with a number above 0");
   const char* const behind_number = s;
   const bool repeats = reads_whole(s, end, in.repeats, times);
-  if (skip_blanks(s, end) != end && skip_blanks(behind_number, end) != end) {
-    fail("'" + in.call_label + "' is read with a number and '" + in.repeats +
-         "', and nothing else in its line");
-    return true;
-  }
+  if (skip_blanks(s, end) != end && skip_blanks(behind_number, end) != end)
+    return fail("'" + in.call_label + "' is read with a number and '" + in.repeats +
+                "', and nothing else in its line");
   const std::size_t to = find_label(std::to_string(number));
-  if (to == kept_.size()) {
-    fail("no '" + in.label + " " + std::to_string(number) + "', or more than one");
-    return true;
-  }
+  if (to == kept_.size())
+    return fail("no '" + in.label + " " + std::to_string(number) + "', or more than one");
   if (!repeats) return call(to, 1, false);
   // The part between the label and here again.
   const std::string label = std::to_string(line_);
-  if (to > next_) {
-    fail("a part of the program is repeated that stands behind this line");
-    return true;
-  }
+  if (to > next_) return fail("a part of the program is repeated that stands behind this line");
   if (loops_.empty() || loops_.back().label != label) {
-    if (times > kMostTimes || loops_.size() >= kDeepestCalls) {
-      fail("a part of the program " + std::to_string(times) + " times, or too many parts in each other");
-      return true;
-    }
+    if (times > kMostTimes || loops_.size() >= kDeepestCalls)
+      return fail("a part of the program " + std::to_string(times) +
+                  " times, or too many parts in each other");
     loops_.push_back({to, label, times});
   }
   if (loops_.back().more-- > 0) {
@@ -432,7 +411,7 @@ bool Unfolder::is_open(const std::string& label) const {
 }
 
 // ELSE and ELSEIF are met behind a part that ran.
-void Unfolder::run_if(const OWord& word, const std::string& name) {
+bool Unfolder::run_if(const OWord& word, const std::string& name) {
   static const std::vector<std::string> kParts = {"ELSEIF", "ELSE", "ENDIF"};
   std::size_t at = next_;
   const bool behind_part = word.keyword != "IF";
@@ -441,7 +420,7 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
     loops_.pop_back();
     if (word.keyword == "ENDIF") {
       ++next_;
-      return;
+      return true;
     }
   } else if (loops_.size() >= kDeepestCalls) {
     return fail("loops and parts in each other more than " + std::to_string(kDeepestCalls) + " deep");
@@ -452,7 +431,7 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
     parse_o_word(line, here);
     if (here.keyword == "ENDIF") {
       next_ = at + 1;
-      return;
+      return true;
     }
     bool runs = !behind_part && here.keyword == "ELSE";
     if (!behind_part && !runs) {
@@ -469,7 +448,7 @@ void Unfolder::run_if(const OWord& word, const std::string& name) {
     if (runs) {
       loops_.push_back({0, word.label, 0});
       next_ = at + 1;
-      return;
+      return true;
     }
     at = behind(word.label, behind_part ? std::vector<std::string>{"ENDIF"} : kParts, at + 1);
     if (at == kept_.size())
@@ -516,19 +495,16 @@ bool Unfolder::run_o_word(const std::string& text) {
     std::vector<double> arguments;
     while ((p = skip_blanks(p, end)) != end) {
       double argument = 0.0;
-      if (*p != '[' || !values_.expressions.value(p, end, argument)) {
-        fail(values_.expressions.error.empty() ? "'" + name + "' is read with values in brackets"
-                                               : values_.expressions.error);
-        return true;
-      }
+      if (*p != '[' || !values_.expressions.value(p, end, argument))
+        return fail(values_.expressions.error.empty() ? "'" + name + "' is read with values in brackets"
+                                                      : values_.expressions.error);
       arguments.push_back(argument);
     }
     to = behind(word.label, {"SUB"}, 0);
-    if (to == kept_.size() || behind(word.label, {"SUB"}, to + 1) != kept_.size()) {
-      fail("no 'O" + word.label +
-           " SUB' in this text, or more than one: put the subprogram into the file, before the program");
-      return true;
-    }
+    if (to == kept_.size() || behind(word.label, {"SUB"}, to + 1) != kept_.size())
+      return fail(
+          "no 'O" + word.label +
+          " SUB' in this text, or more than one: put the subprogram into the file, before the program");
     if (frames_.size() < kDeepestCalls) values_.expressions.enter(arguments);
     return call(to + 1, 1, true);
   } else if (key == "REPEAT") {
@@ -555,7 +531,7 @@ bool Unfolder::run_o_word(const std::string& text) {
       next_ = to + 1;
     } else {
       if (loops_.size() >= kDeepestCalls)
-        return fail("loops in each other more than " + std::to_string(kDeepestCalls) + " deep"), true;
+        return fail("loops in each other more than " + std::to_string(kDeepestCalls) + " deep");
       if (!loop_here()) loops_.push_back({next_, word.label, 0});
       ++next_;
     }
@@ -565,9 +541,9 @@ bool Unfolder::run_o_word(const std::string& text) {
     else
       next_ = loops_.back().begin;
   } else if (key == "IF" || key == "ELSEIF" || key == "ELSE" || key == "ENDIF") {
-    run_if(word, name);
+    return run_if(word, name);
   } else {
-    fail("'" + name + "' is not read");
+    return fail("'" + name + "' is not read");
   }
   return true;
 }

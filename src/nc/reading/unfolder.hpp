@@ -56,7 +56,7 @@ class Unfolder {
   bool run_o_word(const std::string& text);
   /// A loop or a part of this label is what began last.
   bool is_open(const std::string& label) const;
-  void run_if(const OWord& word, const std::string& name);
+  bool run_if(const OWord& word, const std::string& name);
   bool run_labels(const std::string& text);
   bool run_call(const std::string& text);
   bool parse_o_word(const std::string& text, OWord& out) const;
@@ -67,7 +67,8 @@ class Unfolder {
                      std::size_t from) const;
   std::size_t find_program(std::int64_t number, char letter) const;
   std::size_t find_label(const std::string& name) const;
-  void fail(const std::string& message);
+  /// True: the line was taken.
+  bool fail(const std::string& message);
   void note_number(std::string_view text);
 
   const Controller& c_;
