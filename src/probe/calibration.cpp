@@ -125,7 +125,6 @@ class Fit {
     double chi2 = 0.0;  // of the readings
     Matrix covariance;  // of the lines, four an axis, then of what is beside them
     double freedom = 0.0;
-    double small_mm = 0.0;  // size of errors that the fit does not know
     bool converged = false;
   };
 
@@ -187,7 +186,6 @@ class Fit {
     out.state = {lines.moved(averaged.x.head(lines.count())),
                  out.state.beside + averaged.x.tail(beside_count())};
     out.covariance = averaged.covariance;
-    out.small_mm = std::hypot(averaged.linear_mm, averaged.rotary_mm);
     out.chi2 = residuals(out.state).squaredNorm();
     Matrix normal = fit.J.transpose() * fit.u.cwiseAbs2().cwiseInverse().asDiagonal() * fit.J;
     const Matrix of_data = normal;
@@ -510,7 +508,6 @@ Result<Calibration> calibrate(const Machine& machine, const diagnosis::Dataset& 
                 data.files.empty() ? std::string() : data.files.front());
   out.chi2 = best->chi2;
   out.freedom = best->freedom;
-  out.small_errors_mm = best->small_mm;
   for (std::size_t k = 0; k < axes.size(); ++k) {
     if ((turned >> k & 1U) != 0) out.turned_round.push_back(machine.axes[axes[k]].name);
   }

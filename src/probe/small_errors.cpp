@@ -28,7 +28,6 @@ struct Case {
   double log_weight = 0.0;
   Vector x;
   Matrix covariance;
-  double factor = 1.0, linear_mm = 0.0, rotary_mm = 0.0;
 };
 
 Case solve(const LinearFit& fit, const Matrix& V) {
@@ -63,9 +62,6 @@ Averaged average(const LinearFit& fit, const SmallErrors& errors) {
           if (linear_um > 0.0) V += std::pow(linear_um * kMmPerUm, 2) * errors.of_linear_axes[length];
           if (rotary_um > 0.0) V += std::pow(rotary_um * kMmPerUm, 2) * errors.of_rotary_axes;
           Case one = solve(fit, V);
-          one.factor = factor;
-          one.linear_mm = linear_um * kMmPerUm;
-          one.rotary_mm = rotary_um * kMmPerUm;
           // Each size has the same weight beforehand, whatever the number of lengths.
           if (linear_um > 0.0) one.log_weight -= std::log(static_cast<double>(errors.of_linear_axes.size()));
           if (linear_um == 0.0) one.log_weight += std::log(kOddsOfNone);
@@ -81,7 +77,6 @@ Averaged average(const LinearFit& fit, const SmallErrors& errors) {
   out.x = Vector::Zero(fit.J.cols());
   out.covariance = Matrix::Zero(fit.J.cols(), fit.J.cols());
   double sum = 0.0;
-  double factor = 0.0;
   for (Case& one : cases) {
     one.log_weight = std::exp(one.log_weight - most);  // from here on the weight
     sum += one.log_weight;
@@ -89,11 +84,7 @@ Averaged average(const LinearFit& fit, const SmallErrors& errors) {
   for (const Case& one : cases) {
     const double weight = one.log_weight / sum;
     out.x += weight * one.x;
-    factor += weight * one.factor;
-    out.linear_mm += weight * one.linear_mm;
-    out.rotary_mm += weight * one.rotary_mm;
   }
-  out.u_factor = factor;
   for (const Case& one : cases) {
     const Vector apart = one.x - out.x;
     out.covariance += one.log_weight / sum * (one.covariance + apart * apart.transpose());

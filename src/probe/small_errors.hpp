@@ -23,8 +23,6 @@ struct SmallErrors {
 struct Averaged {
   Eigen::VectorXd x;
   Eigen::MatrixXd covariance;
-  double u_factor = 1.0;                    // by which the readings scatter more than they say
-  double linear_mm = 0.0, rotary_mm = 0.0;  // size of the small errors, standard deviation
 };
 
 /// x and its covariance with the size of the small errors, the length over which they change and the scatter

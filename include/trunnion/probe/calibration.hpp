@@ -42,8 +42,6 @@ struct Calibration {
   std::size_t readings = 0;
   /// Where there is one, each `sigma` is wider by its `sigma_factor`.
   std::optional<Misfit> misfit;
-  double small_errors_mm =
-      0.0;  // standard deviation of errors that the fit does not know, as the readings have it
 };
 
 /// Fits the machine file itself: the lines of its rotary axes, their senses and the places of the balls,
