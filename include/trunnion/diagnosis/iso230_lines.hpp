@@ -38,7 +38,6 @@ struct LineTest {
   std::string name;                 // "X", "C", or the diagonal's axes with their senses: "+X+Y", "+X-Y+Z"
   bool rotary = false;              // mm or rad
   Vec3 direction_M = Vec3::Zero();  // of increasing target; zero for a rotary axis
-  Vec3 middle_M = Vec3::Zero();     // of the line, mm
   std::vector<double> target;       // ascending, mm or rad
   /// Deviations x_ij = actual - target at [target i][run j], mm or rad; a direction that was not measured is
   /// empty.

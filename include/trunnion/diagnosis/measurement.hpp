@@ -72,7 +72,4 @@ Dataset make_dataset(EffectContext context, std::span<const MachineState> states
 std::string measurements_text(const Dataset& data, const Machine& machine,
                               const std::vector<std::string>& comments = {});
 
-/// The readings of those runs only for which keep[run] is set; the track keeps every row (memory of lags).
-Dataset with_runs(const Dataset& data, const std::vector<bool>& keep);
-
 }  // namespace trunnion::diagnosis

@@ -351,10 +351,4 @@ Result<Dataset> load_measurements(const std::vector<std::string>& paths, const M
   return parse_measurements(texts, machine, diagnostics);
 }
 
-Dataset with_runs(const Dataset& data, const std::vector<bool>& keep) {
-  Dataset out = data;
-  std::erase_if(out.readings, [&](const Reading& r) { return !keep[data.run_of(r)]; });
-  return out;
-}
-
 }  // namespace trunnion::diagnosis

@@ -172,7 +172,6 @@ Result<std::vector<LineTest>> axis_lines(const Readings& readings) {
   struct Group {
     std::size_t axis = 0;
     std::vector<Sample> samples;
-    Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   };
   std::map<std::pair<std::size_t, std::vector<long long>>, Group> groups;
   for (const Reading& r : readings.rows) {
@@ -182,12 +181,8 @@ Result<std::vector<LineTest>> axis_lines(const Readings& readings) {
     std::vector<long long> rest;
     for (std::size_t k = 0; k < 6; ++k)
       if (k != axis) rest.push_back(key_of(r.position[k]));
-    const Vec3 p(r.position[0], r.position[1], r.position[2]);
-    auto [it, fresh] = groups.try_emplace({axis, rest});
-    Group& group = it->second;
+    Group& group = groups[{axis, rest}];
     group.axis = axis;
-    group.low = fresh ? p : Vec3(group.low.cwiseMin(p));
-    group.high = fresh ? p : Vec3(group.high.cwiseMax(p));
     group.samples.push_back(
         {r.position[axis], r.direction[axis], r.deviation * (r.n[along] > 0 ? 1.0 : -1.0), r.run});
   }
@@ -198,7 +193,6 @@ Result<std::vector<LineTest>> axis_lines(const Readings& readings) {
         make_line(std::string(1, Reading::kAxes[group.axis]), std::move(group.samples), readings.file);
     if (!line) return tl::unexpected(line.error());
     line->rotary = group.axis >= 3;
-    line->middle_M = 0.5 * (group.low + group.high);
     if (group.axis < 3) line->direction_M = Vec3::Unit(static_cast<Eigen::Index>(group.axis));
     lines.push_back(std::move(*line));
   }
@@ -214,7 +208,6 @@ Result<std::vector<LineTest>> diagonal_lines(const Readings& readings) {
   struct Group {
     Vec3 n = Vec3::Zero();
     std::vector<Sample> samples;
-    std::vector<Vec3> points;
   };
   std::map<std::vector<long long>, Group> groups;
   for (const Reading& r : readings.rows) {
@@ -235,7 +228,6 @@ Result<std::vector<LineTest>> diagonal_lines(const Readings& readings) {
     for (int k = 0; k < 3; ++k) key.push_back(std::llround(n[k] / kUnitTolerance));
     Group& group = groups[key];
     group.n = n;
-    group.points.push_back(p);
     group.samples.push_back({n.dot(p), sense, r.deviation * (r.n.dot(n) > 0 ? 1.0 : -1.0), r.run});
   }
   std::vector<LineTest> lines;
@@ -247,12 +239,6 @@ Result<std::vector<LineTest>> diagonal_lines(const Readings& readings) {
     auto line = make_line(diagonal_name(group.n), std::move(group.samples), readings.file);
     if (!line) return tl::unexpected(line.error());
     line->direction_M = group.n;
-    Vec3 least = group.points.front(), most = least;
-    for (const Vec3& p : group.points) {
-      least = least.cwiseMin(p);
-      most = most.cwiseMax(p);
-    }
-    line->middle_M = 0.5 * (least + most);
     lines.push_back(std::move(*line));
   }
   if (lines.empty())
