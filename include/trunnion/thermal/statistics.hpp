@@ -21,12 +21,10 @@ Result<ShapiroWilk> shapiro_wilk(std::span<const double> values);
 struct Regression {
   double intercept = 0.0;
   Eigen::VectorXd weight;
-  double intercept_p = 1.0;  // two-sided, Student's t: is it zero?
-  Eigen::VectorXd p;
+  Eigen::VectorXd p;  // two-sided, Student's t: is the weight zero?
   Eigen::VectorXd standard_error;
   double intercept_standard_error = 0.0;
   double residual_sd = 0.0;
-  double r_squared = 0.0;
   long degrees_of_freedom = 0;
 };
 
