@@ -3,15 +3,16 @@
 namespace trunnion {
 
 DeviationMap::DeviationMap(const Machine& machine, const JointVector& q, const Vec3& tool_mm)
-    : machine_(&machine), nominal_PT_(forward(machine, q, tool_mm)) {
+    : machine_(&machine) {
+  const Pose nominal_PT = forward(machine, q, tool_mm);
   const Pose X_MP = part_in_machine(machine, q);
-  const Vec3 tip_M = X_MP * nominal_PT_.p;
+  const Vec3 tip_M = X_MP * nominal_PT.p;
   R_MP_ = X_MP.R;
   for (AxisId id = 0; id < machine.axes.size(); ++id) {
     const JointFrame frame = joint_frame(machine, q, id);
     joint_[id] = {frame.R_M, tip_M - frame.origin_M, machine.axes[id].carries_part ? -1.0 : 1.0};
   }
-  const Mat3 R_MS = X_MP.R * nominal_PT_.R;
+  const Mat3 R_MS = X_MP.R * nominal_PT.R;
   spindle_ = {R_MS, R_MS * tool_mm, 1.0};
   part_ = {X_MP.R, tip_M - X_MP.p, -1.0};
 }

@@ -42,7 +42,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (which < formats.size()) {
     FormatOptions options;
     options.input_axis = "X";
-    options.output_axis = "X";
     options.interval_mm = 10.0;
     const TableFormat& format = formats[which];
     const auto tables = format.read(text, "input", fuzz::machine(), options, diagnostics);

@@ -47,17 +47,13 @@ struct FormatOptions {
   /// screw-compensation files with a type: 0 holds actual positions, 1 holds trims.
   int file_type = 0;
   /// What a file that does not name them is about (one axis' screw).
-  std::string input_axis, output_axis;
+  std::string input_axis;
   /// Increment files: value of one unit, mm (or rad); interval for reading; number of the reference point and
   /// its coordinate.
   double unit_mm = 1e-3;
   double interval_mm = 0.0;
   int reference_number = 100;
   double reference_mm = 0.0;
-  /// Product tables: at most so many products per output, added while one takes away more than
-  /// `product_residual_mm`.
-  int max_products = 3;
-  double product_residual_mm = 0.0001;
 };
 
 /// One file format. `read` reports faults with file:line:column; `write` fails (wrong_input) when the format

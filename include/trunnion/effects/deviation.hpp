@@ -44,7 +44,6 @@ class DeviationMap {
     return {R_MP_.transpose() * d_M.displacement_mm, R_MP_.transpose() * d_M.rotation_rad};
   }
   const Mat3& R_MP() const { return R_MP_; }
-  const Pose& nominal_PT() const { return nominal_PT_; }
 
  private:
   struct Lever {
@@ -54,7 +53,6 @@ class DeviationMap {
   };
   const Lever& lever_of(const Link& link) const;
   const Machine* machine_;
-  Pose nominal_PT_;
   Mat3 R_MP_;
   std::array<Lever, kMaxAxes> joint_;
   Lever spindle_;

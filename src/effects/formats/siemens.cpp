@@ -236,8 +236,10 @@ class Writer {
     Eigen::MatrixXd rest =
         F - over_u * Eigen::RowVectorXd::Ones(columns) - Eigen::VectorXd::Ones(rows) * over_v.transpose();
     const Svd svd = thin_svd(rest);
-    for (int k = 0; k < options_.max_products && k < svd.s.size(); ++k) {
-      if (rest.cwiseAbs().maxCoeff() <= options_.product_residual_mm) break;
+    constexpr int kMostProducts = 3;
+    constexpr double kSmallRest_mm = 0.0001;
+    for (int k = 0; k < kMostProducts && k < svd.s.size(); ++k) {
+      if (rest.cwiseAbs().maxCoeff() <= kSmallRest_mm) break;
       // Shared out evenly, so that neither factor by itself is a large number of mm.
       const double root = std::sqrt(svd.s[k]);
       const Eigen::VectorXd f = svd.U.col(k) * root, g = svd.V.col(k) * root;
