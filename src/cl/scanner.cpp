@@ -160,7 +160,6 @@ bool Scanner::next(Statement& statement) {
     while (begin < line.size() && is_blank(line[begin])) ++begin;
     if (begin == line.size()) continue;
     statement.fields.clear();
-    statement.has_slash = false;
     statement.text = {};
     statement.word = {};
     statement.where = {line_, column_of(begin)};
@@ -283,7 +282,6 @@ void Scanner::split(Statement& statement) {
   statement.word = all.substr(0, at);
   statement.text = all.substr(at);
   if (at == all.size()) return;
-  statement.has_slash = all[at] == '/';
   std::size_t begin = at + 1;
   if (begin == all.size()) return;  // `RAPID/`
   bool quoted = false;

@@ -26,7 +26,6 @@ struct Statement {
   Kind kind = Kind::command;
   std::string_view word;  // upper case, blanks taken out
   SourceRef where;        // of the word
-  bool has_slash = false;
   std::vector<Field> fields;
   std::string_view text;
 
