@@ -43,7 +43,6 @@ struct Reference {
 struct Bound {
   double lower = 0.0;
   double upper = 0.0;
-  std::uint32_t evaluations = 0;  // of the curve or of its polynomial
 };
 
 /// Answer of a decision. `yes` and `no` are proved; `unknown`: the deviation meets the tolerance within

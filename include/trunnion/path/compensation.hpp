@@ -10,11 +10,11 @@
 
 namespace trunnion::path {
 
+/// A correction ends when the tip is this near to where it is prescribed, mm (1 nm: a hundredth of the finest
+/// NC word).
+inline constexpr double kCorrected_mm = 1e-6;
+
 struct CompensationOptions {
-  /// The iteration ends when the tip is this near to where it is prescribed, mm (1 nm: a hundredth of the
-  /// finest NC word).
-  double converged_mm = 1e-6;
-  int max_steps = 10;
   /// Correct the rotary axes too, where there are two. The outer one takes out what lies in the plane in
   /// which it tilts the tool; what lies across it takes dC = d / sin(tilt) of the inner one, which turns by
   /// no more than the sine of the tilt: nearer to the pole than the root of d a part of it stays

@@ -79,7 +79,6 @@ class EvenRun {
                   std::vector<Point>& out);
 
   lanes::Way way_;
-  std::size_t most_pieces_;
   bool exact_;            // predictor; else what it predicts is the bow in the middle
   bool prediction_asks_;  // for points, whatever is proved
   Tolerance tolerance_;

@@ -51,9 +51,8 @@ struct NonlinearOptions {
   bool thin = false;       // drop CL points that the tolerance does not need (see refine_run)
   bool move_programmed_points =
       false;  // adaptive: programmed points may leave their place by up to the tolerance (see refine_run)
-  bool certify = true;              // prove each piece; else it is sampled
-  bool straight_tip = false;        // tool-centre-point control: between blocks the tip goes straight
-  std::size_t max_inserted = 4096;  // per segment: where it is reached the segment has not converged
+  bool certify = true;        // prove each piece; else it is sampled
+  bool straight_tip = false;  // tool-centre-point control: between blocks the tip goes straight
 };
 
 /// What came of one programmed segment.

@@ -86,7 +86,7 @@ class Search {
     }
   }
 
-  Bound result() const { return {Shape::measure(lower_), Shape::measure(upper_), evaluations_}; }
+  Bound result() const { return {Shape::measure(lower_), Shape::measure(upper_)}; }
   Within verdict() const {
     if (upper_ <= goal_.tolerance && !beyond()) return Within::yes;
     return beyond() ? Within::no : Within::unknown;
@@ -254,7 +254,7 @@ Bound Certifier::tip(const Station& a, const Station& b, const Reference& refere
   const double lower = std::max(0.0, std::sqrt(parabola.largest_sample2()) - rounding);
   // Where the figure itself is wanted it may as well be sharp.
   constexpr double kShareOfSlack = 0.1;
-  if (upper <= std::max((1.0 + kShareOfSlack * (ratio - 1.0)) * lower, floor_mm)) return {lower, upper, 1};
+  if (upper <= std::max((1.0 + kShareOfSlack * (ratio - 1.0)) * lower, floor_mm)) return {lower, upper};
   const SegmentShape shape(reference.tip0_P, reference.tip1_P);
   Search<TipRole> search(kinematics_, shape, Goal{kInfinity, ratio, floor_mm}, rounding);
   search.piece(a, b);
@@ -263,7 +263,7 @@ Bound Certifier::tip(const Station& a, const Station& b, const Reference& refere
 
 Bound Certifier::axis(const Station& a, const Station& b, const Reference& reference, double ratio,
                       double floor_rad) const {
-  if (opposite(reference)) return {0.0, kPi, 0};
+  if (opposite(reference)) return {0.0, kPi};
   const ArcShape shape(reference.axis0_P, reference.axis1_P);
   Search<AxisRole> search(kinematics_, shape, Goal{kInfinity, ratio, floor_rad},
                           axis_rounding(kinematics_, a, b));

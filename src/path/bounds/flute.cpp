@@ -165,7 +165,7 @@ class FluteSearch {
     piece(whole_ ? *whole_ : part_between(a, b), {a, at_a}, {b, at_b}, 0);
   }
 
-  Bound result() const { return {std::max(0.0, lower_), upper_, evaluations_}; }
+  Bound result() const { return {std::max(0.0, lower_), upper_}; }
   Within verdict() const {
     if (beyond()) return Within::no;
     return upper_ <= goal_.tolerance ? Within::yes : Within::unknown;
@@ -283,7 +283,7 @@ class FluteSearch {
 
 Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteSegment& segment, double ratio,
                                 double floor_mm) const {
-  if (!segment.has_arc()) return {0.0, kUnlimited, 0};
+  if (!segment.has_arc()) return {0.0, kUnlimited};
   FluteSearch of(kinematics_, tip_, segment, FluteGoal{kUnlimited, ratio, floor_mm});
   of.all(a, b, {0.0, 1.0});
   return of.result();

@@ -79,8 +79,9 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
       for (std::size_t k = 0; k < 2; ++k) step[k] = wanted[k] - turned[k];
     }
     const bool axis_done = turn.moved_by(step).norm() < kAxisConverged;
-    if (out.left_mm < options_.converged_mm && axis_done) break;
-    if (out.steps == options_.max_steps) {
+    if (out.left_mm < kCorrected_mm && axis_done) break;
+    constexpr int kMostSteps = 10;
+    if (out.steps == kMostSteps) {
       return fail(ErrorCode::check_failed, "the correction does not converge: after " +
                                                std::to_string(out.steps) + " steps the tip is still " +
                                                shortest_text(out.left_mm) + " mm off, the tool axis " +
@@ -99,7 +100,7 @@ Result<Corrected> Compensator::corrected(const Vec3& tip_P, const Vec3& axis_P, 
     kinematics_.solve_linear(target_P, sines, state.q);
     if (turns_tool) continue;
     // The step takes off all but what the errors change on it.
-    if (const auto left = course_.change_at_most(before, state.q); left && *left < options_.converged_mm) {
+    if (const auto left = course_.change_at_most(before, state.q); left && *left < kCorrected_mm) {
       out.left_mm = *left;
       break;
     }

@@ -181,8 +181,7 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
     tips = {poses.tip_P, poses.known};
     // The last step of the linear axes changes the errors, the tip's by less than it is converged to: those
     // of the axis by less than that for each mm of an arm that is longer.
-    axis_off =
-        lanes::sqrt(lanes::squared(poses.axis_P - wanted.axis_P)) + compensator_.options().converged_mm;
+    axis_off = lanes::sqrt(lanes::squared(poses.axis_P - wanted.axis_P)) + kCorrected_mm;
   } else {
     tips = machine.tips(q, sines, errors);
   }
@@ -192,8 +191,7 @@ void CorrectionRun::add_few(const std::size_t* first, const NominalPlace* few, O
   target_P = target_P - (actual_P - tip_P);
   JointsOf<T> next;  // the linear ones
   const lanes::Triple<T> found = solve(next);
-  known &=
-      tips.known & (compensator_.course().change_at_most<T>(q, next) < compensator_.options().converged_mm);
+  known &= tips.known & (compensator_.course().change_at_most<T>(q, next) < kCorrected_mm);
   std::array<std::int64_t, kTogether> pairs;
   std::memcpy(pairs.data(), &known, sizeof(known));
   bool all = true;
@@ -342,7 +340,7 @@ template <class T>
     }
     put(i, state.q);
     known_[i] = 1;
-    work_->axis_off[i] = (found->axis_P - *at.axis_P).norm() + compensator_.options().converged_mm;
+    work_->axis_off[i] = (found->axis_P - *at.axis_P).norm() + kCorrected_mm;
     const lanes::Triple<double> tip = kinematics_.constant(2);
     const Vec3 inner = *at.tip_P + found->aim_P - Vec3(tip.x, tip.y, tip.z);
     const double arm = kinematics_.direction(1).cross(inner).norm() + word_radius_mm_;

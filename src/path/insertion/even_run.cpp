@@ -151,7 +151,6 @@ T size_mm(const Tube& tube, const ToolOffOf<T>& bow) {
 EvenRun::EvenRun(const Machine& machine, const TableKinematics& kinematics, const Rounding& rounding,
                  const NonlinearOptions& options)
     : way_(lanes::way()),
-      most_pieces_(std::min(kMostPieces, options.max_inserted + 1)),
       exact_(options.predictor.kind == Predictor::Kind::exact),
       prediction_asks_(options.method == Method::reinsert),
       work_(std::make_unique<Work>(machine, kinematics, rounding, options)) {
@@ -210,7 +209,7 @@ std::span<const EvenRun::Settled> EvenRun::settle(const Tolerance& tolerance, do
     settled_.push_back({segments_[i].number, static_cast<std::uint32_t>(out.size()), 0, midpoint_mm_[i],
                         predicted_mm_[i], off_mm_[i]});
   }
-  for (std::size_t pieces = 2; pieces <= most_pieces_; ++pieces) divide_all(pieces, out);
+  for (std::size_t pieces = 2; pieces <= kMostPieces; ++pieces) divide_all(pieces, out);
   return settled_;
 }
 
@@ -328,7 +327,7 @@ void EvenRun::count(Count& out) const {
     out.pieces[k] = known[lane] != 0 && keeps[lane] != 0 ? 1 : 0;
     if (even[lane] == 0) continue;
     const double wanted = work.even.count(size[lane], tolerance_mm, tube_mm);
-    out.pieces[k] = wanted <= static_cast<double>(most_pieces_) ? static_cast<std::int64_t>(wanted) : 0;
+    out.pieces[k] = wanted <= static_cast<double>(kMostPieces) ? static_cast<std::int64_t>(wanted) : 0;
   }
 }
 

@@ -123,7 +123,7 @@ bool SegmentRefiner::insert_two_sided(NodeAxis how) {
 bool SegmentRefiner::insert_on_chord(NodeAxis how) {
   plan_.use_cells(how);
   const std::size_t least = std::max<std::size_t>(2, plan_.pieces(Side::on_chord));
-  return insert_nodes(how, Side::on_chord, least, std::min(options_.max_inserted + 1, kHopeless * least));
+  return insert_nodes(how, Side::on_chord, least, std::min(kMostInserted + 1, kHopeless * least));
 }
 
 bool SegmentRefiner::insert_around_pole(Angle least_turn) {

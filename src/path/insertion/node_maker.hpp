@@ -16,6 +16,9 @@ enum class NodeAxis : std::uint8_t {
   joint_linear   // rotary axes linear between the ends' positions
 };
 
+/// Points of one segment: where there are so many it has not converged.
+inline constexpr std::size_t kMostInserted = 4096;
+
 /// A point that stands, or would stand, inside a segment.
 struct Node {
   double t = 0.0;                   // fraction of the chord

@@ -242,7 +242,7 @@ bool SegmentRefiner::insert_evenly() {
   // The fewest points: a plan tells where the tip also leads along the segment, or its axis asks for them.
   if (options_.method == Method::adaptive && !(bow_.across && bow_mm > limit_mm)) return false;
   const double wanted = even_.count(bow_mm, limit_mm, room.tip_mm);
-  if (!(wanted <= kMostEvenPieces) || wanted - 1.0 > static_cast<double>(options_.max_inserted)) return false;
+  if (!(wanted <= kMostEvenPieces)) return false;
   const auto pieces = static_cast<std::size_t>(wanted);
   const ToolOff against = -even_.beside(pieces) * bow_.off;
   nodes_.clear();

@@ -20,7 +20,7 @@ bool Subtraction::halve(const Station& a, const Station& b, double t0, double t1
   if (halvings > 0 && judge_.within(a, b)) return true;
   if (insert_evenly(a, b, t0, t1, model)) return true;
   nodes_.resize(before);
-  if (halvings >= kSubtractHalvings || nodes_.size() >= judge_.options().max_inserted) return false;
+  if (halvings >= kSubtractHalvings || nodes_.size() >= kMostInserted) return false;
   const double t = 0.5 * (t0 + t1);
   const JointVector q = JointVector::interpolate(a.q, b.q, 0.5);
   const Vec3 tip = kinematics().tip_P(q, kinematics().sines(q));
@@ -36,8 +36,7 @@ bool Subtraction::insert_evenly(const Station& a, const Station& b, double t0, d
   const std::size_t before = nodes_.size();
   const double ratio = std::sqrt(model.largest_distance() / judge_.tolerance().tip_mm);
   const auto least = static_cast<std::size_t>(std::max(2.0, std::ceil(ratio)));
-  for (std::size_t pieces = least; pieces < least + kTries && pieces <= judge_.options().max_inserted;
-       ++pieces) {
+  for (std::size_t pieces = least; pieces < least + kTries && pieces <= kMostInserted; ++pieces) {
     nodes_.resize(before);
     bool within = true;
     Station last = a;
