@@ -29,8 +29,6 @@ struct ReaderOptions {
   bool others = false;
   /// Unit of a program that says none, with `others`; nothing: mm, with a warning.
   std::optional<bool> inches;
-  /// Reading gives up after this many errors: the wrong controller would make one of every line.
-  std::size_t max_errors = 20;
 };
 
 /// NC text -> the blocks that the control will run, with the modal state resolved.

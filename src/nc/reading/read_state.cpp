@@ -47,7 +47,8 @@ void ReadFindings::error(std::uint32_t column, const std::string& message) {
   const SourceRef where{line, column};
   diagnostics.error(file, where, message);
   if (!first) first = Error{ErrorCode::wrong_input, message, file, where};
-  if (++errors >= most && !given_up) {
+  constexpr std::size_t kMost = 20;  // the wrong controller would make one of every line
+  if (++errors >= kMost && !given_up) {
     given_up = true;
     diagnostics.error(file, where, given_up_because);
   }
@@ -56,8 +57,7 @@ void ReadFindings::error(std::uint32_t column, const std::string& message) {
 ReadState::ReadState(const Controller& controller, std::string file, Diagnostics& diagnostics,
                      Reader::Sink out, ReaderOptions opts)
     : c(controller),
-      findings{std::move(file), diagnostics, opts.max_errors,
-               "too many errors: is it a program for " + c.name + "?"},
+      findings{std::move(file), diagnostics, "too many errors: is it a program for " + c.name + "?"},
       sink(std::move(out)),
       options(std::move(opts)),
       language(c, options, diagnostics) {

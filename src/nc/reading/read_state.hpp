@@ -18,7 +18,6 @@ namespace trunnion::nc {
 struct ReadFindings {
   std::string file;
   Diagnostics& diagnostics;
-  std::size_t most;  // errors
   std::string given_up_because;
   std::uint32_t line = 0;  // that is read
   std::size_t errors = 0;
