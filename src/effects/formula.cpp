@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "trunnion/base/texts.hpp"
+
 #include "effects/formula_parser.hpp"
 #include "effects/library_support.hpp"
 
@@ -51,13 +53,6 @@ double fetch(const Source& source, const MachineState& state, std::span<const do
       return parameters[source.index];
   }
   return 0.0;
-}
-
-std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto it = std::find(names.begin(), names.end(), name);
-  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
 }
 
 // A variable of the machine's state by its name; nothing when it is none.

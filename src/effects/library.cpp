@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "trunnion/base/nearest_name.hpp"
+#include "trunnion/base/texts.hpp"
 
 #include "effects/library_support.hpp"
 
@@ -19,13 +20,6 @@ std::vector<EffectFamily> build(const Machine& machine, const EffectContext& con
   std::vector<EffectFamily> out;
   effects::make_all(effects::LibraryBuilder(machine, context, equivalents, out));
   return out;
-}
-
-std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto it = std::find(names.begin(), names.end(), name);
-  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
 }
 
 // Sensors and runs that the request names become known to the context.

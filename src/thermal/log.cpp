@@ -7,6 +7,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/printable.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 #include "trunnion/config/largest_number.hpp"
@@ -153,13 +154,6 @@ class LogReader {
   std::unordered_map<std::string, std::size_t> index_;
   std::size_t current_ = 0;
 };
-
-std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto it = std::find(names.begin(), names.end(), name);
-  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
-}
 
 // Values of `from` at the rows of the joined time base; a value that is there already stays.
 void join_column(const std::vector<std::size_t>& place, const std::vector<double>& from,

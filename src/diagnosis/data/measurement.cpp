@@ -9,6 +9,7 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/data/measurement_columns.hpp"
@@ -221,13 +222,6 @@ void fill_in(std::vector<RawRow>& rows, std::vector<std::size_t>& by_time, const
     double& value = (rows[i].*values)[sensor];
     if (std::isnan(value)) value = 0.0;
   }
-}
-
-std::size_t index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto it = std::find(names.begin(), names.end(), name);
-  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
-  names.push_back(name);
-  return names.size() - 1;
 }
 
 EffectContext context_of(std::vector<RawRow>& rows) {
