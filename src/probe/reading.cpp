@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
@@ -21,19 +22,11 @@ constexpr double kLeastPair_mm =
     0.012;  // of a fast and a slow touch: both scatter, and the fast one by its speed
 constexpr double kLeastU_mm = 1e-5;  // of one touch: no log has more digits that mean something
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Standard deviation by the median distance from the median.
 double scatter_of(std::vector<double> values) {
-  const double middle = median_of(values);
+  const double middle = median(values);
   for (double& v : values) v = std::abs(v - middle);
-  constexpr double kOfNormal = 1.4826;
-  return kOfNormal * median_of(std::move(values));
+  return kMadToSigma * median(std::move(values));
 }
 
 double limit_of(double scatter_mm) {
@@ -84,7 +77,7 @@ class LogReader {
       pairs.push_back({i, slow, later, faster});
       rates.push_back(later / faster);
     }
-    const double rate = median_of(rates);
+    const double rate = median(rates);
     std::vector<double> off, ways;
     double usual = 0.0;
     for (const Pair& p : pairs) {
@@ -92,10 +85,10 @@ class LogReader {
       ways.push_back(rate * p.per_feed);
       usual = std::max(usual, static_cast<double>(strokes_.touches[p.fast].feed));
     }
-    out_.fast_less_slow_mm = median_of(ways);
+    out_.fast_less_slow_mm = median(ways);
     const double scatter = scatter_of(off);
     // What a faster touch goes on scatters with its speed.
-    const double feed_of_most = median_of([&] {
+    const double feed_of_most = median([&] {
       std::vector<double> feeds;
       feeds.reserve(pairs.size());
       for (const Pair& p : pairs) feeds.push_back(static_cast<double>(strokes_.touches[p.fast].feed));
@@ -140,7 +133,7 @@ class LogReader {
       radii.push_back(sphere->radius_mm);
       ++pose;
     }
-    const double middle = median_of(radii);
+    const double middle = median(radii);
     const double expected = strokes_.ball.reach_mm();
     for (std::size_t pose = 0; pose < radii.size(); ++pose) {
       if (std::abs(radii[pose] - expected) > options.radius_tolerance_mm + limit_of(scatter_of(radii)))

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/median.hpp"
 
 namespace trunnion::thermal {
 namespace {
@@ -11,13 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Nothing when the channel was not measured in this run.
 std::optional<BenchRun> prepare(const LogRun& run, std::size_t index, const std::vector<double>& channel,

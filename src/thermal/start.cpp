@@ -5,15 +5,10 @@
 #include <limits>
 #include <vector>
 
+#include "trunnion/base/median.hpp"
+
 namespace trunnion::thermal {
 namespace {
-
-double middle_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Smallest step between two readings behind the first one; infinite where there is none.
 double least_step_K(std::span<const TimedReading> readings) {
@@ -50,21 +45,20 @@ std::size_t wrong_at_start(std::span<const TimedReading> start) {
       if (dt > 0.0) slopes.push_back((start[i].degC - start[k].degC) / dt);
     }
   }
-  const double slope = middle_of(slopes);
+  const double slope = median(slopes);
   const auto above = [&](const TimedReading& r) {
     return r.degC - slope * (r.time_s - start.front().time_s);
   };
   std::vector<double> levels;
   for (std::size_t i = 0; i < start.size(); i += stride) levels.push_back(above(start[i]));
-  const double level = middle_of(levels);
+  const double level = median(levels);
   for (double& l : levels) l = std::abs(l - level);
   constexpr double kScatters = 6.0;
-  constexpr double kNormal = 1.4826;  // standard deviation of a normal distribution with median deviation 1
-  constexpr double kLeast_K = 1.0;    // a door that stood open
+  constexpr double kLeast_K = 1.0;  // a door that stood open
   constexpr double kSteps = 2.5;
   constexpr double kCoarsest_K = 1.0;  // the step of a sensor that showed none
   const double step_K = std::min(least_step_K(start), kCoarsest_K);
-  const double limit_K = std::max({kLeast_K, kSteps * step_K, kScatters * kNormal * middle_of(levels)});
+  const double limit_K = std::max({kLeast_K, kSteps * step_K, kScatters * kMadToSigma * median(levels)});
   std::size_t wrong = 0;
   while (2 * (wrong + 1) < start.size() && std::abs(above(start[wrong]) - level) > limit_K) ++wrong;
   // What goes over into the line is the machine that begins to move, not a fault.

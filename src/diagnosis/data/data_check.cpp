@@ -4,10 +4,10 @@
 #include <cmath>
 #include <map>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 
-#include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/whitening.hpp"
 
 namespace trunnion::diagnosis {
@@ -217,14 +217,14 @@ struct FarOff {
 };
 FarOff far_off_in(const Observations& o, const std::vector<Eigen::Index>& group, const Steps& steps) {
   constexpr std::size_t kFewest = 8;
-  constexpr double kFar = 50.0, kMostShare = 0.05, kMad = 1.4826;
+  constexpr double kFar = 50.0, kMostShare = 0.05;
   FarOff out;
   if (group.size() < kFewest || speeds_differ(o, group)) return out;
   std::vector<double> values, distances;
   for (const Eigen::Index i : group) values.push_back(o.values()[i]);
   out.middle = median(values);
   for (const double v : values) distances.push_back(std::abs(v - out.middle));
-  out.scatter = kMad * median(distances);
+  out.scatter = kMadToSigma * median(distances);
   const double step = steps.of(o.reading(group.front()).quantity);
   for (const Eigen::Index i : group)
     if (std::abs(o.values()[i] - out.middle) >

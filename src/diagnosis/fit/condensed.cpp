@@ -5,7 +5,8 @@
 #include <map>
 #include <numeric>
 
-#include "diagnosis/fit/median.hpp"
+#include "trunnion/base/median.hpp"
+
 #include "diagnosis/fit/observations.hpp"
 
 namespace trunnion::diagnosis {

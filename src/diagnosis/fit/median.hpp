@@ -1,18 +1,2 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
-#include <vector>
-
-namespace trunnion::diagnosis {
-
-/// Median of the sizes of a Gaussian's deviations to its standard deviation.
-inline constexpr double kMadToSigma = 1.4826;
-
-/// The middle value; of an even number of them the larger one of the two in the middle. At least one.
-inline double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace trunnion::diagnosis
+#include "trunnion/base/median.hpp"

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/fit_core.hpp"
-#include "diagnosis/fit/median.hpp"
 #include "diagnosis/search/neighbours.hpp"
 #include "diagnosis/search/structure.hpp"
 
