@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "trunnion/base/texts.hpp"
+
 #include "app/command_tree.hpp"
 
 namespace trunnion::app {
@@ -49,12 +51,6 @@ std::string listed_kind(const std::string& type) {
   if (type == kEffectName) return "effects";
   if (type == kMakerName) return "makers";
   return "";
-}
-
-std::string joined(const std::vector<std::string>& items, const char* between) {
-  std::string out;
-  for (const std::string& item : items) out += (out.empty() ? "" : between) + item;
-  return out;
 }
 
 // Within single quotes of all three shells; the first line of a list.

@@ -11,6 +11,7 @@
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/maker_machine.hpp"
 #include "trunnion/probe/control_numbers.hpp"
@@ -240,12 +241,9 @@ Result<void> take_like(const std::string& name, Draft& draft, Diagnostics& diagn
                                ? name
                                : postconfigs_folder() + "/makers/" + name + ".toml";
   const auto names = shipped_names("makers");
-  if (file != name && std::find(names.begin(), names.end(), name) == names.end()) {
-    std::string all;
-    for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
+  if (file != name && std::find(names.begin(), names.end(), name) == names.end())
     return fail(ErrorCode::wrong_use, "--like " + name + ": no machine of that name is known" +
-                                          did_you_mean(name, names) + "; there are: " + all);
-  }
+                                          did_you_mean(name, names) + "; there are: " + joined(names, ", "));
   const auto text = read_file(file);
   if (!text) return tl::unexpected(text.error());
   auto like = parse_maker_machine(*text, file, diagnostics);

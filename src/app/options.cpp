@@ -9,6 +9,7 @@
 
 #include "trunnion/base/nearest_name.hpp"
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/effects/axis_lags.hpp"
 #include "trunnion/effects/model_values.hpp"
 #include "trunnion/post/axes_of.hpp"
@@ -34,12 +35,6 @@ fs::path own_folder() {
     return fs::canonical(info.dli_fname, ec).parent_path();
   const fs::path self = fs::read_symlink("/proc/self/exe", ec);
   return ec ? fs::path(".") : self.parent_path();
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string out;
-  for (const std::string& name : names) out += (out.empty() ? "" : ", ") + name;
-  return out;
 }
 
 }  // namespace
@@ -91,7 +86,7 @@ Result<Machine> load_machine_or_named(const std::string& machine, Diagnostics& d
   const auto names = shipped_names("machines");
   return fail(ErrorCode::io_failed, "no machine file '" + machine + "', and no machine of that name in " +
                                         folder + did_you_mean(machine, names) +
-                                        (names.empty() ? "" : "; there are: " + listed(names)));
+                                        (names.empty() ? "" : "; there are: " + joined(names, ", ")));
 }
 
 Result<Machine> load(const MachineOptions& options, Diagnostics& diagnostics) {

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/measurement.hpp"
 #include "trunnion/report/thermal_report.hpp"
@@ -90,8 +91,7 @@ ExitCode run_split(const ThermalSplitOptions& options) {
       return print_error({ErrorCode::wrong_use, "--need: there is no '" + name + "'", {}, {}});
     if (!p->identifiable) refused.push_back(name);
   }
-  std::string names;
-  for (const auto& name : refused) names += (names.empty() ? "" : ", ") + name;
+  const std::string names = joined(refused, ", ");
   if (const ExitCode code = options.result.write(
           report::thermal_split_json(*split, refused),
           {"Drift of " + machine->name,

@@ -38,12 +38,6 @@ void extend(const Machine& machine, EffectContext& context, const std::string& i
   }
 }
 
-std::string listed(const std::vector<std::string>& items) {
-  std::string out;
-  for (const std::string& item : items) out += (out.empty() ? "" : ", ") + item;
-  return out;
-}
-
 // Why the library has no such effect, with what it has of the same kind.
 std::string unknown_id(const Machine& machine, const std::vector<EffectFamily>& library,
                        const std::string& id) {
@@ -53,7 +47,7 @@ std::string unknown_id(const Machine& machine, const std::vector<EffectFamily>& 
     if (family.id().substr(0, family.id().find(':')) == kind) near.push_back(family.id());
   }
   std::string text = "machine '" + machine.name + "' has no effect '" + id + "'";
-  if (!near.empty()) return text + "; of this kind it has " + listed(near);
+  if (!near.empty()) return text + "; of this kind it has " + joined(near, ", ");
   if (kind == "screw_heating")
     return text + ": [thermal] axis_sensors of the machine file names no sensor for that axis";
   if (kind == "thermal_location")
@@ -94,8 +88,8 @@ Result<std::shared_ptr<const Effect>> make_effect(const Machine& machine, Effect
   }
   std::vector<std::string> given;
   for (const auto& [key, value] : variant) given.push_back(key + " = \"" + value + "\"");
-  return fail(ErrorCode::wrong_input, "effect '" + id + "' has no " + listed(given) +
-                                          (choices.empty() ? "" : "; choices: " + listed(choices)));
+  return fail(ErrorCode::wrong_input, "effect '" + id + "' has no " + joined(given, ", ") +
+                                          (choices.empty() ? "" : "; choices: " + joined(choices, ", ")));
 }
 
 std::string canonical_symbol(std::string_view symbol) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "trunnion/base/texts.hpp"
+
 #include "report/svg.hpp"
 
 /// Short texts of the pages.
@@ -26,15 +28,6 @@ inline std::string as_sentence(std::string text) {
 /// "–" for what is not known.
 inline std::string optional_text(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? short_number(*value, 3) : "–";
-}
-
-inline std::string joined(const std::vector<std::string>& parts, const char* between) {
-  std::string out;
-  for (const auto& part : parts) {
-    if (!out.empty()) out += between;
-    out += part;
-  }
-  return out;
 }
 
 }  // namespace trunnion::report

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trunnion {
@@ -12,6 +13,16 @@ inline std::size_t index_of(std::vector<std::string>& names, const std::string& 
   if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
   names.push_back(name);
   return names.size() - 1;
+}
+
+/// The texts one behind the other, `between` before each but those that nothing stands in front of.
+inline std::string joined(const std::vector<std::string>& texts, std::string_view between) {
+  std::string out;
+  for (const std::string& text : texts) {
+    if (!out.empty()) out += between;
+    out += text;
+  }
+  return out;
 }
 
 }  // namespace trunnion

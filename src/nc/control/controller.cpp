@@ -8,6 +8,7 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/nearest_name.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/section.hpp"
 
@@ -609,11 +610,9 @@ Result<std::string> find_controller(const std::string& name_or_path, const std::
     if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
-  std::string list;
-  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
   return fail(ErrorCode::io_failed, "no controller '" + name_or_path + "' in " + folder +
                                         did_you_mean(name_or_path, names) +
-                                        (list.empty() ? "" : "; there are: " + list));
+                                        (names.empty() ? "" : "; there are: " + joined(names, ", ")));
 }
 
 }  // namespace trunnion::nc
