@@ -6,6 +6,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "post/coolant_kinds.hpp"
 #include "post/making/post_words.hpp"
 
 namespace trunnion::post {
@@ -16,22 +17,6 @@ SpindleTool tool_at_start(const NcOrigin& origin, const ToolOptions& tools) {
   return {tools.length_mm.value_or(origin.machine->tool_length_mm),
           origin.controller->length.automatic || origin.words == FromWords::tip || tools.tool.has_value(),
           0.0};
-}
-
-cl::Coolant::Kind coolant_of(nc::CoolantKind kind) {
-  switch (kind) {
-    case nc::CoolantKind::off:
-      return cl::Coolant::Kind::off;
-    case nc::CoolantKind::flood:
-      return cl::Coolant::Kind::flood;
-    case nc::CoolantKind::mist:
-      return cl::Coolant::Kind::mist;
-    case nc::CoolantKind::through_tool:
-      return cl::Coolant::Kind::through;
-    case nc::CoolantKind::air:
-      break;
-  }
-  return cl::Coolant::Kind::air;
 }
 
 }  // namespace
@@ -156,7 +141,7 @@ void NcWalk::take_process(const nc::Block& block, SourceRef where) {
     put(where, out);
   }
   if (const auto* coolant = std::get_if<nc::Coolant>(&block))
-    put(where, cl::Coolant{coolant_of(coolant->kind)});
+    put(where, cl::Coolant{coolant_kind(coolant->kind)});
   if (const auto* dwell = std::get_if<nc::Dwell>(&block))
     put(where, cl::Dwell{static_cast<double>(dwell->milliseconds) / 1000.0, {}});
   if (const auto* stop = std::get_if<nc::Stop>(&block)) put(where, cl::Stop{stop->optional});

@@ -4,24 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "post/coolant_kinds.hpp"
 #include "post/making/post_words.hpp"
 
 namespace trunnion::post {
-
-nc::CoolantKind coolant_kind(cl::Coolant::Kind kind) {
-  switch (kind) {
-    case cl::Coolant::Kind::off:
-      return nc::CoolantKind::off;
-    case cl::Coolant::Kind::mist:
-      return nc::CoolantKind::mist;
-    case cl::Coolant::Kind::through:
-      return nc::CoolantKind::through_tool;
-    case cl::Coolant::Kind::air:
-      return nc::CoolantKind::air;
-    default:
-      return nc::CoolantKind::flood;
-  }
-}
 
 void Asked::note(SourceRef where) {
   changed_ = false;

@@ -11,8 +11,6 @@
 // Private to the verifier: what a CL file asks for besides its path.
 namespace trunnion::post {
 
-nc::CoolantKind coolant_kind(cl::Coolant::Kind kind);
-
 /// What holds while a motion of the CL file is cut.
 struct AskedState {
   cl::Feed feed;

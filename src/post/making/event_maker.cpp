@@ -6,7 +6,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
-#include "post/judging/asked.hpp"
+#include "post/coolant_kinds.hpp"
 #include "post/making/post_words.hpp"
 
 namespace trunnion::post {
