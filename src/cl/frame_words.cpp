@@ -49,22 +49,28 @@ void read_msys(Context& context, const Statement& statement) {
   context.take_msys({statement.where, Pose{*R_AM, origin_A}});
 }
 
-// SolidWorks CAM: CSYS/ three rows of four numbers, the columns are the axes and the origin. The points stay
-// in the part's system (TRNTYP/WORLD) and carry their axis; the frame only says in which plane the operation
-// is.
-void read_csys(Context& context, const Statement& statement) {
-  if (statement.fields.size() != 12) {
-    return context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +
-                                              " values; 12 (three rows of four) are needed");
-  }
+// CSYS: three rows of four numbers, the columns are the axes and the origin.
+std::optional<Pose> csys_of(Context& context, const Statement& statement) {
   double v[12];
-  if (!context.numbers(statement, 0, 12, v)) return;
-  const auto R = axes_of(Vec3(v[0], v[4], v[8]), Vec3(v[1], v[5], v[9]));
-  if (!R) return context.error(statement.where, "CSYS: its axes are not unit vectors at a right angle");
-  const Vec3 origin = Vec3(v[3], v[7], v[11]) * context.modal.mm_per_unit;
-  const bool tilted = (R->col(2) - Vec3::UnitZ()).norm() > kUnitLength;
-  context.modal.tilted_csys_axis = tilted ? std::optional<Vec3>(R->col(2)) : std::nullopt;
-  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(Pose{*R, origin}), false});
+  if (statement.fields.size() != 12) {
+    context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +
+                                       " values; 12 (three rows of four) are needed");
+  } else if (context.numbers(statement, 0, 12, v)) {
+    if (const auto R = axes_of(Vec3(v[0], v[4], v[8]), Vec3(v[1], v[5], v[9])))
+      return Pose{*R, Vec3(v[3], v[7], v[11]) * context.modal.mm_per_unit};
+    context.error(statement.where, "CSYS: its axes are not unit vectors at a right angle");
+  }
+  return std::nullopt;
+}
+
+// SolidWorks CAM. The points stay in the part's system (TRNTYP/WORLD) and carry their axis; the frame only
+// says in which plane the operation is.
+void read_csys(Context& context, const Statement& statement) {
+  const auto pose = csys_of(context, statement);
+  if (!pose) return;
+  const bool tilted = (pose->R.col(2) - Vec3::UnitZ()).norm() > kUnitLength;
+  context.modal.tilted_csys_axis = tilted ? std::optional<Vec3>(pose->R.col(2)) : std::nullopt;
+  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(*pose), false});
 }
 
 // CAMplete and SURFCAM: MCS/x axis, y axis, z axis, origin: the frame of the operation in the work coordinate
@@ -180,21 +186,14 @@ void read_directive(Context& context, const Statement& statement) {
     context.modal.points_on_center = statement.fields[0].text == "OUTPUT_ON_CENTER";
   }
   if (statement.word != "CSYS") return;
-  if (statement.fields.size() != 12) {
-    return context.error(statement.where, "CSYS: " + std::to_string(statement.fields.size()) +
-                                              " values; 12 (three rows of four) are needed");
-  }
-  double v[12];
-  if (!context.numbers(statement, 0, 12, v)) return;
-  const auto R = axes_of(Vec3(v[0], v[4], v[8]), Vec3(v[1], v[5], v[9]));
-  if (!R) return context.error(statement.where, "CSYS: its axes are not unit vectors at a right angle");
-  const Pose pose{*R, Vec3(v[3], v[7], v[11]) * context.modal.mm_per_unit};
-  if (!same_pose(pose, Pose::identity())) {
+  const auto pose = csys_of(context, statement);
+  if (!pose) return;
+  if (!same_pose(*pose, Pose::identity())) {
     context.warning_once("$$->CSYS", statement.where,
                          "$$-> CSYS is not the identity: the points are taken as they stand, in the machine "
                          "coordinate system");
   }
-  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(pose), false});
+  context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(*pose), false});
 }
 
 }  // namespace trunnion::cl
