@@ -9,9 +9,7 @@ NumberForms::NumberForms(const Controller& c)
   rotary.decimals = c.numbers.axes.decimals(AxisLetter::A);
   for (const auto mode : {FeedMode::per_minute, FeedMode::inverse_time}) {
     auto& style = feed[static_cast<std::size_t>(mode)];
-    style = linear;
-    style.decimals = c.numbers.feed.decimals(mode);
-    style.plus_sign = false;
+    style = unsigned_of(c.numbers.feed.decimals(mode));
     const auto& limit = mode == FeedMode::inverse_time ? c.feed.max_inverse_time : c.feed.max_per_minute;
     const auto scale = static_cast<double>(kPowersOfTen[static_cast<std::size_t>(style.decimals)]);
     largest_feed[static_cast<std::size_t>(mode)] =

@@ -16,6 +16,11 @@ struct NumberForms {
   explicit NumberForms(const Controller& c);
 
   const NumberStyle& of_axis(AxisLetter letter) const { return is_rotary(letter) ? rotary : linear; }
+  /// Of a number without a plus sign, with the digits of a length or others.
+  NumberStyle unsigned_of(int decimals) const {
+    return {decimals, linear.trailing_zeros, linear.point_required, false};
+  }
+  NumberStyle unsigned_length() const { return unsigned_of(linear.decimals); }
   bool may_feed(FeedMode mode, std::int64_t quanta) const {
     return quanta > 0 && quanta <= largest_feed[static_cast<std::size_t>(mode)];
   }

@@ -98,9 +98,7 @@ Result<void> BlockWriter::write(const AllowedWord& b) {
 
 Result<void> BlockWriter::write(const Dwell& b) {
   if (b.milliseconds <= 0) return {};
-  NumberStyle style = s_.forms.linear;
-  style.plus_sign = false;
-  style.decimals = s_.c.dwell_decimals;
+  const NumberStyle style = s_.forms.unsigned_of(s_.c.dwell_decimals);
   const std::int64_t step = kPowersOfTen[static_cast<std::size_t>(3 - s_.c.dwell_decimals)];
   Values values;
   values.set(Placeholder::seconds, s_.number_text((b.milliseconds + step / 2) / step, style));
@@ -281,8 +279,7 @@ Result<void> BlockWriter::write(const LatchValues& b) {
   if (b.first) {
     if (auto done = s_.put_template(s_.c.run_time.begin, {}); !done) return done;
   }
-  NumberStyle style = s_.forms.linear;
-  style.plus_sign = false;
+  const NumberStyle style = s_.forms.unsigned_length();
   const auto values = Values()
                           .set(Placeholder::clamp, s_.number_text(b.clamp, style))
                           .set(Placeholder::step, s_.number_text(b.step, style))
@@ -299,9 +296,7 @@ Result<void> BlockWriter::write(const RunTimeStep& b) {
   const auto sensor = static_cast<std::int64_t>(b.sensor);
   if (sensor >= t.count)
     return s_.refuse("the control has variables for " + std::to_string(t.count) + " temperatures only");
-  NumberStyle style = s_.forms.linear;
-  style.plus_sign = false;
-  style.decimals = kFactorDecimals;
+  const NumberStyle style = s_.forms.unsigned_of(kFactorDecimals);
   const auto values = Values()
                           .set(Placeholder::channel, std::to_string(sensor))
                           .set(Placeholder::target, std::to_string(s_.c.run_time.source[b.axis]))
@@ -327,12 +322,9 @@ Result<void> BlockWriter::write(const RunTimeStep& b) {
 
 std::string BlockWriter::variable_word(AxisLetter letter, std::int64_t quanta,
                                        const std::array<std::int64_t, 3>& coefficient) const {
-  NumberStyle style = s_.forms.linear;
-  style.plus_sign = false;
-  NumberStyle factor = style;
-  factor.decimals = kCoefficientDecimals;
+  const NumberStyle factor = s_.forms.unsigned_of(kCoefficientDecimals);
   std::string word(1, letter_of(letter));
-  word.append(s_.c.run_time.open).append(s_.number_text(quanta, style));
+  word.append(s_.c.run_time.open).append(s_.number_text(quanta, s_.forms.unsigned_length()));
   for (std::size_t k = 0; k < coefficient.size(); ++k) {
     const std::int64_t value = coefficient[k];
     if (value == 0) continue;
@@ -377,13 +369,11 @@ Result<void> BlockWriter::write(const VariableMotion& b) {
 
 Result<void> BlockWriter::write(const PathMode& b) {
   if (!s_.modal.set_path_mode(b)) return {};
-  if (b.tolerance > 0) {
-    NumberStyle style = s_.forms.linear;
-    style.plus_sign = false;
-    return s_.put_words(s_.c.continuous_within,
-                        Values().set(Placeholder::tolerance, s_.number_text(b.tolerance, style)),
-                        "path blending within a tolerance", "[path_mode] continuous_within");
-  }
+  if (b.tolerance > 0)
+    return s_.put_words(
+        s_.c.continuous_within,
+        Values().set(Placeholder::tolerance, s_.number_text(b.tolerance, s_.forms.unsigned_length())),
+        "path blending within a tolerance", "[path_mode] continuous_within");
   return s_.put_words(s_.c.path_modes[static_cast<std::size_t>(b.kind)], {}, "this path mode", "[path_mode]");
 }
 

@@ -128,11 +128,6 @@ Result<void> ShapeWriter::write(const Hole& b) {
 Result<void> ShapeWriter::put_cycle(const Template& words, const Hole& b, const Template* in_front) {
   const std::int64_t back = b.words[AxisLetter::Z];
   const auto style = s_.forms.feed[static_cast<std::size_t>(FeedMode::per_minute)];
-  NumberStyle seconds = s_.forms.linear;
-  seconds.plus_sign = false;
-  seconds.decimals = 3;
-  NumberStyle unsigned_length = s_.forms.linear;
-  unsigned_length.plus_sign = false;
   Values v;
   v.set(Placeholder::x, s_.number_text(b.words[AxisLetter::X], s_.forms.linear));
   v.set(Placeholder::y, s_.number_text(b.words[AxisLetter::Y], s_.forms.linear));
@@ -142,7 +137,8 @@ Result<void> ShapeWriter::put_cycle(const Template& words, const Hole& b, const 
   v.set(Placeholder::back, s_.number_text(back, s_.forms.linear))
       .set(Placeholder::rise, s_.number_text(back - b.clear, s_.forms.linear));
   // A cycle that always has a step gets one of the whole depth.
-  v.set(Placeholder::step, s_.number_text(b.step > 0 ? b.step : b.clear - b.bottom, unsigned_length));
+  v.set(Placeholder::step,
+        s_.number_text(b.step > 0 ? b.step : b.clear - b.bottom, s_.forms.unsigned_length()));
   v.set(Placeholder::feed, s_.number_text(b.feed, style));
   if (b.kind == Hole::Kind::tap) {
     std::int64_t unit = 1;
@@ -152,11 +148,10 @@ Result<void> ShapeWriter::put_cycle(const Template& words, const Hole& b, const 
     style_of_pitch.decimals = s_.c.cycles.pitch_decimals;
     v.set(Placeholder::lead,
           s_.number_text(b.thread.hand == Thread::Hand::left ? -pitch : pitch, style_of_pitch));
-    style_of_pitch.plus_sign = false;
-    v.set(Placeholder::pitch, s_.number_text(pitch, style_of_pitch));
+    v.set(Placeholder::pitch, s_.number_text(pitch, s_.forms.unsigned_of(s_.c.cycles.pitch_decimals)));
     v.set(Placeholder::rpm, std::to_string(b.thread.rpm));
   }
-  v.set(Placeholder::seconds, s_.number_text(b.dwell_ms, seconds));
+  v.set(Placeholder::seconds, s_.number_text(b.dwell_ms, s_.forms.unsigned_of(3)));
   v.set(Placeholder::milliseconds, std::to_string(b.dwell_ms));
   for (std::size_t i = 0; i < words.size(); ++i) {
     std::string line = render(words[i], v);
