@@ -202,11 +202,7 @@ void LineReader::take_modes(LineMotion& m) {
   if (m.has_feed && m.feed.mantissa <= 0 && s_.program.frame)
     s_.error(std::max(m.column, 1U), "F is not above 0");
   if (s_.language.others && s_.language.others->per_revolution()) {
-    if (m.has_feed &&
-        !to_rounded_quanta(m.feed, OtherWords::kTurnDecimals, s_.language.others->feed_of_turn()))
-      s_.language.others->feed_of_turn() = 0;
-    if (m.has_feed)
-      s_.language.others->feed_of_turn() = s_.language.others->length(s_.language.others->feed_of_turn());
+    if (m.has_feed) s_.language.others->set_feed_of_turn(m.feed);
     return;
   }
   if (!m.has_feed) {

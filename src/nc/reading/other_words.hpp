@@ -71,6 +71,11 @@ class OtherWords {
   void end_per_revolution() { said_.per_revolution = false; }
   /// A billionth of a mm in a turn of the spindle; 0: none was said.
   std::int64_t& feed_of_turn() { return said_.feed_of_turn; }
+  /// As the text has it, with an F word.
+  void set_feed_of_turn(const Number& feed) {
+    std::int64_t quanta = 0;
+    said_.feed_of_turn = to_rounded_quanta(feed, kTurnDecimals, quanta) ? length(quanta) : 0;
+  }
   static constexpr int kTurnDecimals = 9;  // of a feed per revolution, mm
   /// A length that stands in the text, in quanta.
   std::int64_t length(std::int64_t quanta) const;

@@ -177,8 +177,12 @@ bool ReadState::may_move(std::uint32_t column) {
   return message.empty();
 }
 
+const Number* ReadState::value(const FoundEvent& found, Placeholder p) const {
+  return found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+}
+
 std::int64_t ReadState::whole(const FoundEvent& found, Placeholder p, std::int64_t fallback) {
-  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+  const Number* number = value(found, p);
   std::int64_t out = fallback;
   if (number == nullptr) return out;
   if (p == Placeholder::tool || p == Placeholder::length_offset || p == Placeholder::index) {
@@ -193,7 +197,7 @@ std::int64_t ReadState::whole(const FoundEvent& found, Placeholder p, std::int64
 }
 
 std::int64_t ReadState::scaled(const FoundEvent& found, Placeholder p, int decimals) {
-  const Number* number = found.captures.has(p) ? &found.captures[p] : kept.has(p) ? &kept[p] : nullptr;
+  const Number* number = value(found, p);
   std::int64_t out = 0;
   if (number != nullptr && !to_quanta(*number, decimals, out)) {
     error(found.column, std::string("{") + std::string(name_of(p)) + "} has more decimals than " +

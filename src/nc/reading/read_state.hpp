@@ -75,6 +75,7 @@ struct ReadState {
   void emit(const Block& block);
 
   // Values of the placeholders of a template, in this line or kept from one before.
+  const Number* value(const FoundEvent& found, Placeholder p) const;  // null: none
   std::int64_t whole(const FoundEvent& found, Placeholder p, std::int64_t fallback);
   std::int64_t scaled(const FoundEvent& found, Placeholder p, int decimals);
   /// With a message: a number without its point, where the control would count it in increments.

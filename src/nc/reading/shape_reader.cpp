@@ -139,9 +139,7 @@ bool ShapeReader::gear(const FoundEvent& found, const Template& words, Hole& hol
   } else {
     const bool is_lead = holds(words, Placeholder::lead);
     const Placeholder p = is_lead ? Placeholder::lead : Placeholder::pitch;
-    const Number* number = found.captures.has(p) ? &found.captures[p]
-                           : s_.kept.has(p)      ? &s_.kept[p]
-                                                 : nullptr;
+    const Number* number = s_.value(found, p);
     if (number == nullptr || !to_rounded_quanta(*number, kPitchDecimals, thread.pitch)) thread.pitch = 0;
     if (number != nullptr) s_.check_point(found, p, *number);
     if (s_.language.others) thread.pitch = s_.language.others->length(thread.pitch);
@@ -169,17 +167,10 @@ void ShapeReader::run_cycle(const FoundEvent& found) {
         !is_tap && holds(s_.c.cycles.dwell[static_cast<std::size_t>(found.event.argument)], p);
     return s_.kept.has(p) && (holds(words, p) || dwells);
   };
-  if (given(Placeholder::feed))
-    s_.check_point_of_feed(
-        (found.captures.has(Placeholder::feed) ? found.captures : s_.kept)[Placeholder::feed], found.column);
+  const Number* feed = given(Placeholder::feed) ? s_.value(found, Placeholder::feed) : nullptr;
+  if (feed != nullptr) s_.check_point_of_feed(*feed, found.column);
   if (s_.language.others && s_.language.others->per_revolution()) {
-    if (given(Placeholder::feed)) {
-      const Number& number =
-          (found.captures.has(Placeholder::feed) ? found.captures : s_.kept)[Placeholder::feed];
-      if (!to_rounded_quanta(number, OtherWords::kTurnDecimals, s_.language.others->feed_of_turn()))
-        s_.language.others->feed_of_turn() = 0;
-      s_.language.others->feed_of_turn() = s_.language.others->length(s_.language.others->feed_of_turn());
-    }
+    if (feed != nullptr) s_.language.others->set_feed_of_turn(*feed);
     if (is_tap)
       s_.follow_spindle(s_.whole(found, Placeholder::rpm, 0));
     else
@@ -203,10 +194,8 @@ void ShapeReader::run_cycle(const FoundEvent& found) {
   if (!is_tap)
     hole.dwell_ms = given(Placeholder::milliseconds) ? s_.whole(found, Placeholder::milliseconds, 0)
                                                      : s_.scaled(found, Placeholder::seconds, 3);
-  if (given(Placeholder::feed)) {
-    const Number& number =
-        (found.captures.has(Placeholder::feed) ? found.captures : s_.kept)[Placeholder::feed];
-    if (!to_rounded_quanta(number, s_.c.numbers.feed.decimals(s_.modal.feed_mode), hole.feed)) hole.feed = 0;
+  if (feed != nullptr) {
+    if (!to_rounded_quanta(*feed, s_.c.numbers.feed.decimals(s_.modal.feed_mode), hole.feed)) hole.feed = 0;
     if (s_.language.others) hole.feed = s_.language.others->length(hole.feed);
     if (s_.language.others && s_.language.others->per_revolution()) hole.feed = turned_feed;
     if (s_.c.cycles.modal()) s_.feed = hole.feed;  // an F word as any other
@@ -308,11 +297,10 @@ void ShapeReader::run_probe(const FoundEvent& found) {
   s_.modal.cycle.reset();
   if (!shape_may_begin(found)) return;
   std::int64_t own = 0;
-  const Captures& said = found.captures.has(Placeholder::feed) ? found.captures : s_.kept;
-  if (!said.has(Placeholder::feed) ||
-      !to_rounded_quanta(said[Placeholder::feed], s_.c.numbers.feed.per_minute_decimals, own) || own <= 0)
+  const Number* feed = s_.value(found, Placeholder::feed);
+  if (feed == nullptr || !to_rounded_quanta(*feed, s_.c.numbers.feed.per_minute_decimals, own) || own <= 0)
     return s_.error(found.column, "a touch without feed");
-  s_.check_point_of_feed(said[Placeholder::feed], found.column);
+  s_.check_point_of_feed(*feed, found.column);
   s_.feed = own;
   const int decimals = s_.language.format.decimals(AxisLetter::X);
   Probe probe;
