@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <variant>
@@ -113,6 +114,8 @@ struct Spindle {
   bool operator==(const Spindle&) const = default;
 };
 enum class CoolantKind : std::uint8_t { off, flood, mist, through_tool, air };
+/// Of each kind, as a controller file names it.
+inline constexpr std::array kCoolantNames = {"off", "flood", "mist", "through_tool", "air"};
 /// `off` ends all kinds; any other kind is added to those that run.
 struct Coolant {
   CoolantKind kind = CoolantKind::off;

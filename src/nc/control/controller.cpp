@@ -241,8 +241,8 @@ void read_program(Section& root, Controller& c) {
     read_into(s, "speed_not_under_tcp", c.speed_not_under_tcp);
   });
   in_section(root, "coolant", [&](Section& s) {
-    static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
-    for (std::size_t i = 0; i < kKeys.size(); ++i) read_template(s, kKeys[i], {}, c.coolant[i]);
+    for (std::size_t i = 0; i < kCoolantNames.size(); ++i)
+      read_template(s, kCoolantNames[i], {}, c.coolant[i]);
   });
   in_section(root, "dwell", [&](Section& s) {
     read_template(s, "words", {P::seconds, P::milliseconds}, c.dwell);

@@ -317,10 +317,9 @@ void add_state(Compiler& compiler, const Controller& c) {
   compiler.add(c.spindle_clockwise, turn(SpindleTurn::clockwise), "[spindle] clockwise");
   compiler.add(c.spindle_counterclockwise, turn(SpindleTurn::counterclockwise), "[spindle] counterclockwise");
   compiler.add(c.spindle_off, turn(SpindleTurn::off), "[spindle] off");
-  static constexpr std::array kCoolants = {"off", "flood", "mist", "through_tool", "air"};
   for (std::size_t i = 0; i < c.coolant.size(); ++i) {
     compiler.add(c.coolant[i], {EventKind::coolant, static_cast<int>(i)},
-                 std::string("[coolant] ") + kCoolants[i]);
+                 std::string("[coolant] ") + kCoolantNames[i]);
   }
   compiler.add(c.tool_change, {EventKind::tool}, "[tool] change");
   compiler.add(c.tool_preselect, {EventKind::remember}, "[tool] preselect");

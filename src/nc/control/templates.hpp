@@ -53,6 +53,9 @@ enum class Placeholder : std::uint8_t {
   dz
 };
 inline constexpr std::size_t kPlaceholders = 41;  // bits of Captures::mask
+inline constexpr std::array kPlaceXyz = {Placeholder::x, Placeholder::y, Placeholder::z};
+inline constexpr std::array kWayXyz = {Placeholder::dx, Placeholder::dy, Placeholder::dz};
+inline constexpr std::array kAnglesAbc = {Placeholder::a, Placeholder::b, Placeholder::c};
 
 std::string_view name_of(Placeholder placeholder);
 std::optional<Placeholder> placeholder_of(std::string_view name);

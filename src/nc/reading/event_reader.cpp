@@ -241,9 +241,8 @@ void EventReader::run_offset_shift(const FoundEvent& found) {
   if (now.kind == OffsetShift::Kind::set && s_.language.others && now.index < 1)
     return s_.error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
                                                     " is set: what it counts for differs between controls");
-  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
   for (std::size_t i = 0; i < 3; ++i)
-    now.offset[i] = s_.scaled(found, kOrigin[i], s_.language.format.decimals(AxisLetter::X));
+    now.offset[i] = s_.scaled(found, kPlaceXyz[i], s_.language.format.decimals(AxisLetter::X));
   if (s_.language.others) s_.language.others->forget_pole();
   s_.modal.position.forget(kLinearAxes);
   if (now.kind == OffsetShift::Kind::add) {
@@ -319,11 +318,9 @@ void EventReader::run_plane(const FoundEvent& found) {
                     "a tilted plane, and the program's own shift or turn is in force: end that first");
   TiltedPlane now;
   now.on = true;
-  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
-  static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
   for (std::size_t i = 0; i < 3; ++i) {
-    now.origin[i] = s_.scaled(found, kOrigin[i], s_.language.format.decimals(AxisLetter::X));
-    now.angles[i] = s_.scaled(found, kAngle[i], s_.language.format.decimals(AxisLetter::A));
+    now.origin[i] = s_.scaled(found, kPlaceXyz[i], s_.language.format.decimals(AxisLetter::X));
+    now.angles[i] = s_.scaled(found, kAnglesAbc[i], s_.language.format.decimals(AxisLetter::A));
   }
   if (counts_from_shift && s_.modal.plane) s_.language.others->take_frame_back();
   if (counts_from_shift) now.origin = s_.language.others->set_frame_aside();

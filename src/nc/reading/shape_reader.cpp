@@ -309,13 +309,11 @@ void ShapeReader::run_probe(const FoundEvent& found) {
   probe.first = found.event.argument == kGuardsFirst;
   probe.from = s_.modal.position;
   probe.words = s_.modal.position;
-  static constexpr std::array kEnd = {Placeholder::x, Placeholder::y, Placeholder::z};
-  static constexpr std::array kWay = {Placeholder::dx, Placeholder::dy, Placeholder::dz};
   const bool says_way = !probe.guards && holds(s_.c.probing.touch, Placeholder::dx);
   double square = 0.0;
-  for (std::size_t i = 0; i < kEnd.size(); ++i) {
+  for (std::size_t i = 0; i < kPlaceXyz.size(); ++i) {
     const AxisLetter letter = kAllAxisLetters[i];
-    const std::int64_t value = s_.scaled(found, says_way ? kWay[i] : kEnd[i], decimals);
+    const std::int64_t value = s_.scaled(found, says_way ? kWayXyz[i] : kPlaceXyz[i], decimals);
     probe.words.set(letter, says_way ? s_.modal.position[letter] + value : value);
     square += static_cast<double>(value) * static_cast<double>(value);
   }

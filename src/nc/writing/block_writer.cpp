@@ -125,8 +125,7 @@ Result<void> BlockWriter::write(const Coolant& b) {
   if (!s_.modal.switch_coolant(b.kind)) return {};
   static constexpr std::array kWhat = {"coolant off", "flood coolant", "mist coolant",
                                        "coolant through the tool", "air"};
-  static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
-  return s_.put_words(s_.c.coolant[kind], {}, kWhat[kind], std::string("[coolant] ") + kKeys[kind]);
+  return s_.put_words(s_.c.coolant[kind], {}, kWhat[kind], std::string("[coolant] ") + kCoolantNames[kind]);
 }
 
 Result<void> BlockWriter::write(const ToolSelect& b) {
@@ -266,8 +265,7 @@ Result<void> BlockWriter::write(const OffsetShift& b) {
     shift_ = b.offset != std::array<std::int64_t, 3>{} ? std::optional(b) : std::nullopt;
   Values values;
   values.set(Placeholder::index, std::to_string(b.index));
-  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
-  for (std::size_t i = 0; i < 3; ++i) values.set(kOrigin[i], s_.number_text(b.offset[i], s_.forms.linear));
+  for (std::size_t i = 0; i < 3; ++i) values.set(kPlaceXyz[i], s_.number_text(b.offset[i], s_.forms.linear));
   return b.kind == OffsetShift::Kind::set
              ? s_.put_words(s_.c.offset_shift.set, values, "setting a work offset", "[offset_shift] set")
              : s_.put_words(s_.c.offset_shift.add, values, "a shift beside the work offset",
@@ -428,11 +426,9 @@ Result<void> BlockWriter::write(const TiltedPlane& b) {
   // The control may turn its rotary axes for it.
   if (auto done = free_axes(kAllAxes); !done) return done;
   Values values;
-  static constexpr std::array kOrigin = {Placeholder::x, Placeholder::y, Placeholder::z};
-  static constexpr std::array kAngle = {Placeholder::a, Placeholder::b, Placeholder::c};
   for (std::size_t i = 0; i < 3; ++i) {
-    values.set(kOrigin[i], s_.number_text(b.origin[i], s_.forms.linear));
-    values.set(kAngle[i], s_.number_text(b.angles[i], s_.forms.rotary));
+    values.set(kPlaceXyz[i], s_.number_text(b.origin[i], s_.forms.linear));
+    values.set(kAnglesAbc[i], s_.number_text(b.angles[i], s_.forms.rotary));
   }
   values.set(Placeholder::direction, b.direction < 0 ? "-1" : "1");
   return s_.put_words(s_.c.tilted_plane.on, values, "a tilted plane", "[tilted_plane] on");

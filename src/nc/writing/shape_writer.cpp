@@ -182,16 +182,14 @@ Result<void> ShapeWriter::write(const Probe& b) {
   if (const std::string modes = per_minute_words(b.feed, false); !modes.empty()) {
     if (auto done = s_.put_line(modes); !done) return done;
   }
-  static constexpr std::array kEnd = {Placeholder::x, Placeholder::y, Placeholder::z};
-  static constexpr std::array kWay = {Placeholder::dx, Placeholder::dy, Placeholder::dz};
   Values values;
   double square = 0.0;
-  for (std::size_t i = 0; i < kEnd.size(); ++i) {
+  for (std::size_t i = 0; i < kPlaceXyz.size(); ++i) {
     const AxisLetter letter = kAllAxisLetters[i];
     const std::int64_t way = b.words[letter] - s_.modal.position[letter];
     square += static_cast<double>(way) * static_cast<double>(way);
-    values.set(kEnd[i], s_.number_text(b.words[letter], s_.forms.linear));
-    values.set(kWay[i], s_.number_text(way, s_.forms.linear));
+    values.set(kPlaceXyz[i], s_.number_text(b.words[letter], s_.forms.linear));
+    values.set(kWayXyz[i], s_.number_text(way, s_.forms.linear));
   }
   values.set(Placeholder::distance, s_.number_text(std::llround(std::sqrt(square)), s_.forms.linear));
   values.set(Placeholder::feed,
