@@ -340,6 +340,12 @@ template <class T, class Columns>
 Triple<T> load_vectors(const Columns& columns, std::size_t row) {
   return {load<T>(&columns[0][row]), load<T>(&columns[1][row]), load<T>(&columns[2][row])};
 }
+template <class T, class Columns>
+void store_vectors(Columns& columns, std::size_t row, const Triple<T>& v) {
+  store(&columns[0][row], v.x);
+  store(&columns[1][row], v.y);
+  store(&columns[2][row], v.z);
+}
 template <class A, class B>
 auto operator+(const Triple<A>& a, const Triple<B>& b) {
   return Triple<decltype(a.x + b.x)>{a.x + b.x, a.y + b.y, a.z + b.z};

@@ -86,13 +86,8 @@ void StationRun::put_few(std::size_t row, const ConstantsOf<T>& chain) {
   lanes::store(&arm2_inner_[row], station.arm2_inner);
   lanes::store(&axis_arm2_[row], T(lanes::squared(lanes::cross(chain.axis[1], station.axis_P))));
   lanes::store(&size_mm_[row], station.size_mm);
-  const auto store = [&](std::array<Column, 3>& columns, const lanes::Triple<T>& v) {
-    lanes::store(&columns[0][row], v.x);
-    lanes::store(&columns[1][row], v.y);
-    lanes::store(&columns[2][row], v.z);
-  };
-  store(poses_.tip_P, station.tip_P);
-  store(poses_.axis_P, station.axis_P);
+  lanes::store_vectors(poses_.tip_P, row, station.tip_P);
+  lanes::store_vectors(poses_.axis_P, row, station.axis_P);
 }
 
 template <class T>
@@ -147,9 +142,7 @@ void StationRun::bow_few(std::size_t row, const ConstantsOf<T>& chain) {
   const auto along_arc = small_turns & (chord < kShortArc) & (from_arc < axis_from_norms);
   lanes::store(&poses_.bow_axis[row],
                T(lanes::select(along_arc, from_arc, axis_from_norms) + axis_rounding<T>(angles)));
-  lanes::store(&poses_.axis_sag[0][row], axis_sag.x);
-  lanes::store(&poses_.axis_sag[1][row], axis_sag.y);
-  lanes::store(&poses_.axis_sag[2][row], axis_sag.z);
+  lanes::store_vectors(poses_.axis_sag, row, axis_sag);
   constexpr double kNotKnown = 1e300;
   lanes::store(&poses_.axis_rest[row],
                T(lanes::select(small_turns & (chord < kShortArc), T(beyond_axis + axis_rounding<T>(angles)),

@@ -130,18 +130,13 @@ void DeviationMeter::place_with_errors(const path::StationRun& run, path::PoseRu
   const bool looks_up = truth_->only_courses();
   ChainErrorsOf<T> asked;
   const lanes::Triple<double> datum{datum_P_.x(), datum_P_.y(), datum_P_.z()};
-  const auto store = [](std::array<std::vector<double>, 3>& to, std::size_t row, const lanes::Triple<T>& v) {
-    lanes::store(&to[0][row], v.x);
-    lanes::store(&to[1][row], v.y);
-    lanes::store(&to[2][row], v.z);
-  };
   for (std::size_t row = 0; row < run.count(); row += lanes::kCount<T>) {
     JointsOf<T> q;
     for (AxisId id = 0; id < kMaxAxes; ++id) q[id] = lanes::load<T>(&run.of_axis(id)[row]);
     if (!looks_up) ask_each(run, row, asked);
     const auto poses = with_errors_.poses(q, run.sines_of<T>(row), looks_up ? courses.at(q) : asked);
-    store(out.tip_P, row, poses.tip_P - datum);
-    store(out.axis_P, row, poses.axis_P);
+    lanes::store_vectors(out.tip_P, row, poses.tip_P - datum);
+    lanes::store_vectors(out.axis_P, row, poses.axis_P);
     if (!lanes::any(lanes::Mask<T>(~poses.known))) continue;
     for (std::size_t i = 0; i < lanes::kCount<T>; ++i) {
       if (poses.known[static_cast<int>(i)] == 0) place_one(run, row + i, out);

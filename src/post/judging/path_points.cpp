@@ -70,9 +70,7 @@ void PathPoints::settle_few(std::size_t row) {
   std::array<Target*, kTogether> points;
   for (std::size_t k = 0; k < kTogether; ++k) points[k] = &at(row - 1 + std::min(k, count - 1));
   const auto put = [&](std::array<Column, 3>& columns, const lanes::Triple<T>& v) {
-    lanes::store(&columns[0][row], v.x);
-    lanes::store(&columns[1][row], v.y);
-    lanes::store(&columns[2][row], v.z);
+    lanes::store_vectors(columns, row, v);
     return lanes::Triple<T>{v.x - shifted(columns[0][row - 1], v.x), v.y - shifted(columns[1][row - 1], v.y),
                             v.z - shifted(columns[2][row - 1], v.z)};
   };
