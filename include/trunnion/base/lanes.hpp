@@ -97,6 +97,15 @@ struct MaskOfLanes<Quads> {
   using Type = QuadMask;
   using Whole = std::int32_t __attribute__((vector_size(16)));
 };
+/// What belongs to T of what there is for two lanes and for four.
+template <class T, class Two, class Four>
+auto& of_lanes(Two& two, Four& four) {
+  if constexpr (kCount<T> == 2) {
+    return two;
+  } else {
+    return four;
+  }
+}
 /// What a comparison of T gives.
 template <class T>
 using Mask = typename MaskOfLanes<T>::Type;

@@ -69,11 +69,7 @@ struct CorrectionRun::Work {
         four(kinematics, rounding, model) {}
   template <class T>
   Of<T>& of() {
-    if constexpr (lanes::kCount<T> == 2) {
-      return two[0];
-    } else {
-      return four;
-    }
+    return lanes::of_lanes<T>(two[0], four);
   }
 };
 

@@ -117,19 +117,11 @@ struct EvenRun::Work {
   }
   template <class T>
   const Of<T>& of() const {
-    if constexpr (lanes::kCount<T> == 2) {
-      return two;
-    } else {
-      return four;
-    }
+    return lanes::of_lanes<T>(two, four);
   }
   template <class T>
   void load(const Few& few) {
-    if constexpr (lanes::kCount<T> == 2) {
-      two.load.emplace(*this, few);
-    } else {
-      four.load.emplace(*this, few);
-    }
+    lanes::of_lanes<T>(two, four).load.emplace(*this, few);
   }
 };
 

@@ -50,11 +50,7 @@ struct GridRun::Work {
       : two(kinematics, rounding), four(kinematics, rounding) {}
   template <class T>
   Of<T>& of() {
-    if constexpr (lanes::kCount<T> == 2) {
-      return two;
-    } else {
-      return four;
-    }
+    return lanes::of_lanes<T>(two, four);
   }
 };
 
