@@ -39,6 +39,16 @@ struct ChoicePoint {
   bool rapid = false;  // the motion that ends here is a rapid
 };
 
+/// The point of a path that it becomes with these joints.
+inline Point point_at(const ChoicePoint& point, const JointVector& q) {
+  Point out;
+  out.q = q;
+  out.tip_P = point.pose.tip_P;
+  out.axis_P = point.pose.axis_P;
+  out.where = point.where;
+  return out;
+}
+
 /// Points whose joints are chosen together, and where the axes stand before the first.
 struct ChoiceRun {
   std::span<const ChoicePoint> points;

@@ -32,11 +32,7 @@ Result<std::vector<StudyRun>> study_runs(const Machine& machine, const Vec3& too
   }
   std::vector<StudyRun> runs;
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    Point p;
-    p.q = chosen[i].q;
-    p.tip_P = asked[i].pose.tip_P;
-    p.axis_P = asked[i].pose.axis_P;
-    p.where = asked[i].where;
+    Point p = point_at(asked[i], chosen[i].q);
     if (runs.empty()) {
       runs.push_back({{p}, false});
     } else if (asked[i].rapid || chosen[i].reconfigure) {

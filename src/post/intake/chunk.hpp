@@ -145,11 +145,7 @@ struct Chunk : MotionColumns {
 
   /// The motion's end, on the word grid.
   path::Point point(std::size_t i) const {
-    path::Point out;
-    out.q = joints[i];
-    out.tip_P = points[i].pose.tip_P;
-    out.axis_P = points[i].pose.axis_P;
-    out.where = points[i].where;
+    path::Point out = path::point_at(points[i], joints[i]);
     out.pace = pace(i);
     return out;
   }
@@ -209,11 +205,7 @@ class ChunkStore {
 /// The chosen joint position of a point of the CL file, on the word grid.
 inline path::Point rounded_point(const TableKinematics& kinematics, const path::Rounding& rounding,
                                  const path::ChoicePoint& point, const JointVector& q) {
-  path::Point out;
-  out.q = q;
-  out.tip_P = point.pose.tip_P;
-  out.axis_P = point.pose.axis_P;
-  out.where = point.where;
+  path::Point out = path::point_at(point, q);
   path::round_to_words(kinematics, rounding, out.tip_P, out.q);
   return out;
 }

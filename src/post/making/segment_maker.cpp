@@ -181,10 +181,7 @@ Result<bool> SegmentMaker::reconfigure(const path::ChosenPoint& next, const Chun
   options.inverse = work_.now.chunk->inverse;
   options.tool_mm = work_.tool.tool.vector();
   options.axis_tolerance = work_.modes.tolerances.cutting().axis_room();
-  path::Point to;
-  to.tip_P = motion.point.pose.tip_P;
-  to.axis_P = motion.point.pose.axis_P;
-  to.q = next.q;
+  const path::Point to = path::point_at(motion.point, next.q);
   const auto turns = path::plan_turns(work_.posting.machine, work_.at.point, to, options);
   if (!turns) {
     return fail(
