@@ -44,6 +44,9 @@ struct ToolOptions {
   std::optional<double> length_mm;  // in place of the machine file's
   /// Of every tool; nothing: of each what the tool file says, else the CL file.
   std::optional<double> flute_mm;
+
+  /// Of the tool file; null: it has no such tool, or there is none.
+  const Tool* find(std::uint32_t number) const;
 };
 
 /// The flute length of the tool in the spindle, mm: from its tip up its axis, as far as the tolerance holds

@@ -175,10 +175,7 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
   spindle_ = {};
   change_.spindle_open = change_.turned;
   double length_mm = keep_.tools->length_mm.value_or(origin_.machine->tool_length_mm);
-  if (keep_.tools->table != nullptr) {
-    if (const auto known = keep_.tools->table->find(number); known != keep_.tools->table->end())
-      length_mm = known->second.length_mm;
-  }
+  if (const Tool* known = keep_.tools->find(number)) length_mm = known->length_mm;
   in_force_.set_length(length_mm);
   in_force_.add_length(origin_.controller->length.automatic || origin_.words == FromWords::tip);
   change_.ever = true;

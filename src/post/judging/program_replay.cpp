@@ -136,10 +136,8 @@ void ProgramReplay::take(const nc::MotionRun& run) {
 
 std::optional<double> ProgramReplay::length_of(std::uint32_t tool) const {
   if (const auto loaded = length_of_.find(tool); loaded != length_of_.end()) return loaded->second;
-  const ToolTable* table = options_.tools.table;
-  if (table == nullptr) return std::nullopt;
-  const auto known = table->find(tool);
-  return known != table->end() ? std::optional(known->second.length_mm) : std::nullopt;
+  const Tool* known = options_.tools.find(tool);
+  return known != nullptr ? std::optional(known->length_mm) : std::nullopt;
 }
 
 void ProgramReplay::take(const nc::ToolCall& call) {

@@ -18,13 +18,16 @@ std::string gauge_text(double mm) {
   return shortest_text(std::round(mm * kDigits_per_mm) / kDigits_per_mm);
 }
 
+const Tool* ToolOptions::find(std::uint32_t number) const {
+  if (table == nullptr) return nullptr;
+  const auto it = table->find(number);
+  return it == table->end() ? nullptr : &it->second;
+}
+
 double FluteLength::found_mm() const {
   if (options_.flute_mm) return *options_.flute_mm;
-  if (tool_ && options_.table != nullptr) {
-    const auto known = options_.table->find(*tool_);
-    if (known != options_.table->end() && known->second.flute_length_mm)
-      return *known->second.flute_length_mm;
-  }
+  const Tool* known = tool_ ? options_.find(*tool_) : nullptr;
+  if (known != nullptr && known->flute_length_mm) return *known->flute_length_mm;
   return of_cutter_mm_.value_or(0.0);
 }
 
@@ -46,20 +49,15 @@ const LoadedTool* ProgramTools::find(std::uint32_t number) const {
 
 std::optional<double> ProgramTools::length_of(std::uint32_t number) const {
   if (const LoadedTool* tool = find(number)) return tool->length_mm;
-  if (options_.table == nullptr) return std::nullopt;
-  const auto it = options_.table->find(number);
-  return it == options_.table->end() ? std::nullopt : std::optional(it->second.length_mm);
+  const Tool* known = options_.find(number);
+  return known == nullptr ? std::nullopt : std::optional(known->length_mm);
 }
 
 Result<cl::ToolChange> ProgramTools::load(const cl::ToolChange& word, const std::string& cl_file,
                                           SourceRef where) {
   LoadedTool tool{word.number, length_of_nobody(), word.length_register.value_or(word.number),
                   source_of_nobody()};
-  const Tool* known = nullptr;
-  if (options_.table != nullptr) {
-    const auto it = options_.table->find(word.number);
-    if (it != options_.table->end()) known = &it->second;
-  }
+  const Tool* known = options_.find(word.number);
   if (known != nullptr) {
     tool.length_mm = known->length_mm;
     tool.source = LengthSource::tool_file;
