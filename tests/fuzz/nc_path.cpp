@@ -14,9 +14,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   tools.tool = 1;
   tools.length_mm = fuzz::machine().tool_length_mm;
   post::NcWalk::Keep keep;
-  keep.shapes = (flags & 2U) != 0;
-  keep.stands = (flags & 4U) != 0;
-  keep.tools = &tools;
+  keep.reading.mark_shapes = (flags & 2U) != 0;
+  keep.with.keeps_turns = (flags & 4U) != 0;
+  keep.with.tools = &tools;
   Diagnostics diagnostics;
   post::NcSource source(std::make_unique<test::TextOf>(bytes.rest()), "input", origin, keep, diagnostics);
   cl::Record record;

@@ -23,7 +23,7 @@ nc::Controller for_reading(nc::Controller controller) {
 nc::ReaderOptions reading(const NcWalk::Keep& keep) {
   nc::ReaderOptions out;
   out.others = true;
-  if (keep.units) out.inches = keep.units == cl::ReaderOptions::Units::inch;
+  if (keep.reading.units) out.inches = keep.reading.units == cl::ReaderOptions::Units::inch;
   return out;
 }
 

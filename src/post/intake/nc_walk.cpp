@@ -27,7 +27,7 @@ NcWalk::NcWalk(const NcOrigin& origin, const Keep& keep, const std::string& file
       file_(file),
       diagnostics_(diagnostics),
       axis_words_(*origin.machine, origin.controller->numbers.axes),
-      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, *keep.tools)),
+      in_force_(*origin.machine, *origin.controller, axis_words_, tool_at_start(origin, *keep.with.tools)),
       times_(*origin.machine, *origin.controller) {}
 
 void NcWalk::refuse(SourceRef where, const std::string& kind, const std::string& message) {
@@ -174,8 +174,8 @@ void NcWalk::take(const nc::ToolCall& call, SourceRef where) {
   moved_.above = false;
   spindle_ = {};
   change_.spindle_open = change_.turned;
-  double length_mm = keep_.tools->length_mm.value_or(origin_.machine->tool_length_mm);
-  if (const Tool* known = keep_.tools->find(number)) length_mm = known->length_mm;
+  double length_mm = keep_.with.tools->length_mm.value_or(origin_.machine->tool_length_mm);
+  if (const Tool* known = keep_.with.tools->find(number)) length_mm = known->length_mm;
   in_force_.set_length(length_mm);
   in_force_.add_length(origin_.controller->length.automatic || origin_.words == FromWords::tip);
   change_.ever = true;
@@ -238,11 +238,11 @@ void NcWalk::take(const nc::TiltedPlane& plane, SourceRef where) {
 
 void NcWalk::take(const nc::CutterCompensation& cutter, SourceRef where) {
   using HowAsked = cl::ReaderOptions::CutterCompensation;
-  if (keep_.cutter == HowAsked::tool_center) {
+  if (keep_.reading.cutter_compensation == HowAsked::tool_center) {
     diagnostics_.warning_once("cutter", file_, where,
                               "cutter compensation is left out: the points are those of the tool's center "
                               "(--cutter-compensation tool-center)");
-  } else if (keep_.cutter == HowAsked::wear) {
+  } else if (keep_.reading.cutter_compensation == HowAsked::wear) {
     cl::CutterCompensation out;
     out.side = cutter.side == nc::CutterSide::off    ? cl::CutterCompensation::Side::off
                : cutter.side == nc::CutterSide::left ? cl::CutterCompensation::Side::left
@@ -284,7 +284,7 @@ bool NcWalk::may_cut(SourceRef where) {
             origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() + "')");
     return false;
   }
-  const bool is_told = origin_.words == FromWords::spindle || (keep_.tools->length_mm && !change_.ever);
+  const bool is_told = origin_.words == FromWords::spindle || (keep_.with.tools->length_mm && !change_.ever);
   if (needs_length && !in_force_.tool.control_adds_length && change_.ever && !is_told) {
     refuse(
         where, "length",
@@ -446,7 +446,7 @@ void NcWalk::put_way(const BlockEnd& end, const cl::Motion& last, double wanted,
 }
 
 void NcWalk::put_rotary(const BlockEnd& end, SourceRef where) {
-  if (!keep_.stands) return;
+  if (!keep_.with.keeps_turns) return;
   cl::PostWord word{kStands, {}};
   bool turns = false;
   for (AxisId id = 0; id < axis_words_.count; ++id) {
@@ -538,7 +538,9 @@ void NcWalk::take(const nc::Motion& motion) {
       put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, feed_of(motion.feed), false, false});
     else if (says_its_way(end, motion.source))
       put_way(end, {pose.tip_P, pose.axis_P, feed_of(end, motion), false, false},
-              origin_.path == FromPath::motion ? pieces_to(end, {keep_.arc_mm, keep_.axis.rad()}) : 1.0,
+              origin_.path == FromPath::motion
+                  ? pieces_to(end, {keep_.reading.arc_tolerance_mm, keep_.chords_rad()})
+                  : 1.0,
               motion.source);
     rotary_ = end.q;
   }
@@ -587,12 +589,12 @@ void NcWalk::take(const nc::Arc& arc) {
   if (!may_cut(arc.source)) return;
   const nc::AxisFormat& format = origin_.controller->numbers.axes;
   const JointVector words = axis_words_.internal(arc.words);
-  const auto course = nc::course_of(arc, format, keep_.arc_mm);
+  const auto course = nc::course_of(arc, format, keep_.reading.arc_tolerance_mm);
   const cl::Feed feed = feed_of(arc.feed);
   BlockEnd end = in_force_.end_at(words);
   const ToolPose last = pose_of(end);
   if (!stands_in_plane(last, arc.source)) return;
-  if (keep_.shapes) {
+  if (keep_.reading.mark_shapes) {
     const auto axes = nc::plane_axes(arc.plane);
     const auto at = [&](double along, double across, double up) {
       std::array<double, 3> xyz{};
@@ -698,7 +700,7 @@ void NcWalk::take(const nc::Hole& hole) {
       !is_above({true, {mm(hole.from, nc::AxisLetter::X), mm(hole.from, nc::AxisLetter::Y), 0.0}, 0.0});
   for (; stroke != deepest && !is_above(*stroke); ++stroke)
     put_stroke(*stroke, words, {}, false, hole.source);
-  if (keep_.shapes || is_tap)
+  if (keep_.reading.mark_shapes || is_tap)
     put_shape(hole, words, across, static_cast<std::size_t>(strokes.end() - stroke));
   // Steps begin with the first feed.
   const auto begins = std::find_if(stroke, strokes.end(), [](const nc::Stroke& s) { return !s.rapid; });

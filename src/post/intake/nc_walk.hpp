@@ -10,6 +10,7 @@
 #include "trunnion/post/post.hpp"
 
 #include "post/feeds/control_times.hpp"
+#include "post/intake/path_source.hpp"
 #include "post/words_in_force.hpp"
 
 namespace trunnion::post {
@@ -23,13 +24,10 @@ class NcWalk {
  public:
   /// What the records are to keep to.
   struct Keep {
-    double arc_mm = 0.001;  // chords of arcs, and of FromPath::motion
-    Angle axis;             // the same of the tool axis
-    bool shapes = false;    // ShapeBegin before the motions of arcs and holes
-    bool stands = false;    // STANDS before rapids in which rotary axes turn
-    cl::ReaderOptions::CutterCompensation cutter = cl::ReaderOptions::CutterCompensation::refuse;
-    std::optional<cl::ReaderOptions::Units> units{};  // of a program that says none
-    const ToolOptions* tools = nullptr;               // never null
+    cl::ReaderOptions reading;  // arcs, FromPath::motion, shapes, cutter compensation, unit
+    PathReading with;
+    /// Of the course of the tool axis: a share as of arcs.
+    double chords_rad() const { return 0.1 * with.axis_tolerance.rad(); }
   };
   /// `origin` with the controller as it is read: its digits are those of the blocks. References must outlive
   /// the object.
