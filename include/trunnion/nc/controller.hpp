@@ -15,6 +15,8 @@ namespace trunnion::nc {
 
 /// Lines of text with `{placeholders}`; empty: the control has no words for it.
 using Template = std::vector<std::string>;
+/// One of the lines has the placeholder of this name.
+bool holds(const Template& lines, std::string_view name);
 
 /// Decimals of the F word. Conversions round to nearest; `quanta` never gives 0 for a feed > 0.
 struct FeedFormat {

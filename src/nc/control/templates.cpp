@@ -82,8 +82,12 @@ TemplatePiece next_piece(std::string_view& rest, std::string& fault) {
   return piece;
 }
 
-bool holds(const std::vector<std::string>& lines, Placeholder placeholder) {
-  const std::string text = "{" + std::string(name_of(placeholder)) + "}";
+bool holds(const Template& lines, Placeholder placeholder) {
+  return holds(lines, name_of(placeholder));
+}
+
+bool holds(const Template& lines, std::string_view name) {
+  const std::string text = "{" + std::string(name) + "}";
   return std::any_of(lines.begin(), lines.end(),
                      [&](const auto& line) { return line.find(text) != std::string::npos; });
 }

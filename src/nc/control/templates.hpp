@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "trunnion/nc/controller.hpp"
+
 namespace trunnion::nc {
 
 /// What may stand in braces in the templates of a controller file.
@@ -85,7 +87,7 @@ struct TemplatePiece {
 TemplatePiece next_piece(std::string_view& rest, std::string& fault);
 
 /// One of the lines has the placeholder.
-bool holds(const std::vector<std::string>& lines, Placeholder placeholder);
+bool holds(const Template& lines, Placeholder placeholder);
 
 /// `line` with its placeholders replaced. The controller reader has checked the line.
 std::string render(std::string_view line, const Values& values);

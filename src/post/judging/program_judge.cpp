@@ -42,12 +42,6 @@ std::string name_of(AskedPause::Kind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
-bool names_register(const nc::Template& words) {
-  return std::any_of(words.begin(), words.end(), [](const std::string& line) {
-    return line.find("{length_offset}") != std::string::npos;
-  });
-}
-
 }  // namespace
 
 std::string cl_line(std::uint32_t line) {
@@ -135,7 +129,7 @@ void ProgramJudge::check_needs_length(bool on, std::uint32_t nc_line) {
 // The register of another tool: on some controls Z moves at once. Asked for is that of the CL motions here.
 void ProgramJudge::check_register(const nc::LengthCompensation& length, const Place& at,
                                   std::uint32_t nc_line) {
-  if (length.number <= 0 || !adds_length_ || !names_register(controller_.length.on)) return;
+  if (length.number <= 0 || !adds_length_ || !nc::holds(controller_.length.on, "length_offset")) return;
   std::optional<std::int64_t> other;
   for (std::size_t point = at.segment; point <= at.segment + 1 && point < points_.size(); ++point) {
     const AskedState& asked = asked_.at(number(point));

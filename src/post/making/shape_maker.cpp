@@ -255,7 +255,7 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
   if (hole.across) {
     // What is not at the height of the hole's motions is positioned for first; rotary axes never turn in a
     // cycle.
-    if (auto done = go_across(hole, i, holds_word(words_of_cycle, "{x}")); !done)
+    if (auto done = go_across(hole, i, nc::holds(words_of_cycle, "x")); !done)
       return tl::unexpected(done.error());
   }
   if (!work_.same_rotary(work_.at.joints, end.q) && !work_.planes.in_force()) return false;
@@ -281,7 +281,7 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
   if (steps) block.step = format.quanta(z, hole.step_mm);
   if (!(block.bottom < block.clear) || (steps && block.step <= 0)) return false;
   // Out at the feed: how far, controls differ in; to the clearance they agree.
-  const bool stands_there = is_tap && !holds_word(words_of_cycle, "{clear}");
+  const bool stands_there = is_tap && !nc::holds(words_of_cycle, "clear");
   const bool to_clear =
       hole.leave_mm == hole.clear_mm || hole.kind == cl::Hole::Kind::feed_out || stands_there;
   const std::int64_t back = to_clear ? block.clear : format.quanta(z, at(hole.leave_mm).z());
@@ -310,7 +310,7 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
   } else {
     static_cast<void>(feed_word(*rate, length_mm, block.feed));
   }
-  if (!holds_word(words_of_cycle, "{x}")) {
+  if (!nc::holds(words_of_cycle, "x")) {
     // Called where the tool stands.
     const Vec3 stands = words_.xyz_of(words_.of(work_.at.joints));
     if (std::hypot(stands.x() - middle.x(), stands.y() - middle.y()) > kRoundingShare * tolerance_mm)
@@ -344,11 +344,6 @@ Result<void> ShapeMaker::go_across(const cl::Hole& hole, std::size_t i, bool cyc
     if (now == there && (to_clear || now == leave)) return {};
   }
   return segments_.make(to, work_.now.chunk->motion(i), segments_.prepared(i));
-}
-
-bool ShapeMaker::holds_word(const nc::Template& words, const char* word) {
-  return std::any_of(words.begin(), words.end(),
-                     [&](const std::string& line) { return line.find(word) != std::string::npos; });
 }
 
 double ShapeMaker::seconds_of(const nc::Hole& hole, const JointVector& at) const {

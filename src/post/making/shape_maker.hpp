@@ -28,7 +28,6 @@ class ShapeMaker {
   Result<nc::AxisWords> rise_over(const cl::Hole& hole, double height_mm, const path::Point& end);
   double feed_word(double rate_mm_s, double length_mm, std::int64_t& feed);
   double seconds_of(const nc::Hole& hole, const JointVector& at) const;
-  static bool holds_word(const nc::Template& words, const char* word);
 
   ProgramInWork& work_;
   const PlaceWords& words_;
