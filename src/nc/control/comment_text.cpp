@@ -54,7 +54,7 @@ std::string listed_characters(const Controller::Comments& rules, const std::stri
 std::string first_word(std::string_view line, std::size_t& i) {
   std::string word;
   while (i < line.size() && line[i] == ' ') ++i;
-  for (; i < line.size() && (is_letter(line[i]) || is_digit(line[i])); ++i) word += upper(line[i]);
+  for (; i < line.size() && is_of_name(line[i]); ++i) word += upper(line[i]);
   return word;
 }
 

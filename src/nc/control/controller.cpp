@@ -54,7 +54,7 @@ void check_comments(Section& s, const Controller::Comments& comments) {
   const auto is_listed = [&](char ch) { return listed.find(ch) != std::string::npos; };
   const std::string& mark = comments.mark;
   if (mark.empty() || mark.size() > 8 || !std::all_of(mark.begin(), mark.end(), is_listed) ||
-      is_letter(mark.front()) || is_digit(mark.front()) || mark.front() == ' ')
+      is_of_name(mark.front()) || mark.front() == ' ')
     s.error("mark",
             "'mark' must be 1 to 8 of the listed 'characters', the first neither a letter nor a digit");
   for (const std::string& word : comments.active_words) {

@@ -30,14 +30,6 @@ const std::vector<std::string> kFunctions = {"ABS",  "COS", "SIN", "SQRT", "TAN"
 constexpr std::size_t kAlike = 5;  // of these
 constexpr int kPower = 4;
 
-bool reads(const char*& p, const char* end, const std::string& text) {
-  if (static_cast<std::size_t>(end - p) < text.size() ||
-      !std::equal(text.begin(), text.end(), p, [](char a, char b) { return a == upper(b); }))
-    return false;
-  p += text.size();
-  return true;
-}
-
 }  // namespace
 
 std::string number_text(double value, bool with_point) {
@@ -74,13 +66,13 @@ void Expressions::enter(const std::vector<double>& arguments) {
 bool Expressions::is_function(const char* p, const char* end) {
   return std::any_of(kFunctions.begin(), kFunctions.end(), [&](const std::string& name) {
     const char* s = p;
-    return reads(s, end, name) && (s == end || !(is_letter(*s) || is_digit(*s)));
+    return takes(s, end, name) && (s == end || !is_of_name(*s));
   });
 }
 
 bool Expressions::is_variable(const char*& p, const char* end) const {
   const char* s = p;
-  if (!reads(s, end, how_.mark)) s = p;
+  if (!takes(s, end, how_.mark)) s = p;
   const bool marked = s != p;
   if (marked && !is_letter(how_.mark.front())) return p = s, true;
   if (marked && s != end && is_digit(*s)) {
@@ -89,7 +81,7 @@ bool Expressions::is_variable(const char*& p, const char* end) const {
   }
   if (!how_.names || p == end || !is_letter(*p)) return false;
   std::string name;
-  for (s = p; s != end && (is_letter(*s) || is_digit(*s)); ++s) name += upper(*s);
+  for (s = p; s != end && is_of_name(*s); ++s) name += upper(*s);
   if (!scopes_.front().contains(name)) return false;
   p = s;
   return true;
@@ -105,8 +97,8 @@ bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
   out.clear();
   p = skip_blanks(p, end);
   const char* const begin = p;
-  if (!reads(p, end, how_.mark) || (is_letter(how_.mark.front()) && (p == end || !is_digit(*p)))) {
-    for (p = begin; p != end && (is_letter(*p) || is_digit(*p)); ++p) out += upper(*p);
+  if (!takes(p, end, how_.mark) || (is_letter(how_.mark.front()) && (p == end || !is_digit(*p)))) {
+    for (p = begin; p != end && is_of_name(*p); ++p) out += upper(*p);
     return (how_.names && scopes_.front().contains(out)) || fail("no variable");
   }
   p = skip_blanks(p, end);
@@ -127,7 +119,7 @@ bool Expressions::name_at(const char*& p, const char* end, std::string& out) {
 bool Expressions::function(const char*& p, const char* end, double& out) {
   const std::size_t known = how_.full ? kFunctions.size() : kAlike;
   std::size_t which = 0;
-  while (which < known && !reads(p, end, kFunctions[which])) ++which;
+  while (which < known && !takes(p, end, kFunctions[which])) ++which;
   if (which == known) return fail("no number, variable or function that is read here");
   const std::string& name = kFunctions[which];
   p = skip_blanks(p, end);
@@ -207,14 +199,14 @@ bool Expressions::operator_at(const char*& p, const char* end, int level, std::s
   const char* s = p;
   // ** is no *.
   if (level<kPower&& static_cast<std::size_t>(end - p)> 1 && p[0] == '*' && p[1] == '*') return false;
-  if (how_.bare_arguments && level == kMultiplication && reads(s, end, "DIV")) {
+  if (how_.bare_arguments && level == kMultiplication && takes(s, end, "DIV")) {
     name = "/";
     p = s;
     return true;
   }
   for (const std::string& text : kOperators[static_cast<std::size_t>(level)]) {
     if (!how_.full && text.size() > 1) continue;
-    if (!reads(s, end, text)) continue;
+    if (!takes(s, end, text)) continue;
     name = text;
     p = s;
     return true;

@@ -16,16 +16,9 @@ constexpr std::array<Meaning, 14> kMeanings = {"surface",  "above",   "bottom", 
 // Values are kept in millionths: more decimals than any control takes.
 constexpr int kDecimals = 6;
 
-bool begins_as(std::string_view text, std::string_view begin) {
-  return text.size() >= begin.size() && std::equal(begin.begin(), begin.end(), text.begin(),
-                                                   [](char a, char b) { return upper(a) == upper(b); });
-}
-
 std::size_t find_word(std::string_view text, std::string_view word) {
   for (std::size_t i = 0; i + word.size() <= text.size(); ++i) {
-    const auto is_of_word = [&](std::size_t at) {
-      return at < text.size() && (is_letter(text[at]) || is_digit(text[at]));
-    };
+    const auto is_of_word = [&](std::size_t at) { return at < text.size() && is_of_name(text[at]); };
     if (begins_as(text.substr(i), word) && !is_of_word(i + word.size()) && (i == 0 || !is_of_word(i - 1)))
       return i;
   }
@@ -196,7 +189,7 @@ bool HoleCalls::take_values(std::string_view behind) {
     std::size_t begin = at;
     while (begin > 0 && is_blank(behind[begin - 1])) --begin;
     const std::size_t name_end = begin;
-    while (begin > 0 && (is_letter(behind[begin - 1]) || is_digit(behind[begin - 1]))) --begin;
+    while (begin > 0 && is_of_name(behind[begin - 1])) --begin;
     std::size_t value = at + 1;
     while (value < behind.size() && is_blank(behind[value])) ++value;
     std::size_t end = value;

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
@@ -35,6 +36,22 @@ constexpr bool is_letter(char c) {
 }
 constexpr char upper(char c) {
   return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+}
+constexpr bool is_of_name(char c) {
+  return is_letter(c) || is_digit(c);
+}
+/// In capital or small letters, as those of `begin` are.
+constexpr bool begins_as(std::string_view text, std::string_view begin) {
+  return text.size() >= begin.size() && std::equal(begin.begin(), begin.end(), text.begin(),
+                                                   [](char a, char b) { return upper(a) == upper(b); });
+}
+/// Takes `text`, in capitals, which may stand in small letters.
+constexpr bool takes(const char*& p, const char* end, std::string_view text) {
+  if (static_cast<std::size_t>(end - p) < text.size() ||
+      !std::equal(text.begin(), text.end(), p, [](char a, char b) { return a == upper(b); }))
+    return false;
+  p += text.size();
+  return true;
 }
 constexpr bool begins_number(char c) {
   return is_digit(c) || c == '+' || c == '-' || c == '.';

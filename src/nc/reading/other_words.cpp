@@ -431,7 +431,6 @@ bool OtherWords::is_rapid(const ParsedLine& line, bool so_far) const {
 bool OtherWords::take_place_name(std::string& line, std::size_t from) const {
   const std::string& name = c_.input.machine_position;
   const auto at = line.find(name, from);
-  const auto is_of_name = [](char ch) { return is_letter(ch) || is_digit(ch); };
   if (at == std::string::npos || (at > 0 && is_of_name(line[at - 1])) ||
       (at + name.size() < line.size() && is_of_name(line[at + name.size()])) ||
       line.find(c_.comments.open, from) < at)

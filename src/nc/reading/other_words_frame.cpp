@@ -31,7 +31,7 @@ constexpr std::array kLinearOfPlanes = {AxisLetter::X, AxisLetter::Y, AxisLetter
 std::size_t find_value(const std::string& line, std::size_t from, std::string_view name) {
   for (std::size_t i = line.find(name, from); i != std::string::npos; i = line.find(name, i + 1)) {
     const std::size_t behind = i + name.size();
-    const bool begins = i == 0 || !(is_letter(line[i - 1]) || is_digit(line[i - 1]));
+    const bool begins = i == 0 || !is_of_name(line[i - 1]);
     if (begins && behind < line.size() && begins_number(line[behind])) return behind;
   }
   return std::string::npos;

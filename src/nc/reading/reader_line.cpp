@@ -15,12 +15,6 @@ bool starts_with(const char* p, const char* end, const std::string& text) {
   return static_cast<std::size_t>(end - p) >= text.size() && std::string_view(p, text.size()) == text;
 }
 
-// In capital or small letters.
-bool begins_as(const char* p, const char* end, const std::string& text) {
-  return static_cast<std::size_t>(end - p) >= text.size() &&
-         std::equal(text.begin(), text.end(), p, [](char a, char b) { return upper(a) == upper(b); });
-}
-
 bool match_letters(const char*& p, const char* end, const std::string& letters) {
   const char* s = p;
   for (const char letter : letters) {
@@ -34,7 +28,7 @@ bool match_letters(const char*& p, const char* end, const std::string& letters) 
 
 bool match_name(const char*& p, const char* end, std::string& out) {
   const char* s = p;
-  while (s != end && (is_letter(*s) || is_digit(*s) || *s == '-' || *s == '.')) ++s;
+  while (s != end && (is_of_name(*s) || *s == '-' || *s == '.')) ++s;
   if (s == p) return false;
   out.assign(p, s);
   p = s;
@@ -65,7 +59,7 @@ bool match_token(const char*& p, const char* end, const PatternToken& token, Cap
 
 std::string quoted(const char* p, const char* end) {
   const char* s = p;
-  while (s != end && (is_letter(*s) || is_digit(*s)) && s - p < 24) ++s;
+  while (s != end && is_of_name(*s) && s - p < 24) ++s;
   if (s != p) return "'" + std::string(p, s) + "'";
   const auto byte = static_cast<unsigned char>(*p);
   if (byte >= ' ' && byte <= '~') return std::string("'") + *p + "'";
@@ -124,13 +118,14 @@ bool LineScanner::scan_modulo_word(const char* begin, const char*& p, const char
   const auto letter = axis_letter(std::string(1, upper(*p)));
   if (!letter || !rotary.has_modulo_word(*letter) || out.word_count == kMaxWords) return false;
   const char* s = p + 1;
-  if (!begins_as(s, end, rotary.modulo_open)) return false;
+  if (!begins_as({s, end}, rotary.modulo_open)) return false;
   s += rotary.modulo_open.size();
   Word word;
   word.letter = upper(*p);
   word.modulo = true;
   word.column = static_cast<std::uint32_t>(p - begin) + 1;
-  if (s == end || !scan_number(s, end, word.number) || !begins_as(s, end, rotary.modulo_close)) return false;
+  if (s == end || !scan_number(s, end, word.number) || !begins_as({s, end}, rotary.modulo_close))
+    return false;
   s += rotary.modulo_close.size();
   word.length = static_cast<std::uint32_t>(s - p);
   out.words[out.word_count++] = word;
@@ -177,17 +172,17 @@ bool LineScanner::scan_word_of_others(const char* begin, const char*& p, const c
   const std::string& prefix = c_.input.places.increment_prefix;
   const std::string& radius = c_.input.places.radius_name;
   const std::string& turns = c_.input.places.more_turns;
-  if (!radius.empty() && begins_as(p, end, radius)) {
+  if (!radius.empty() && begins_as({p, end}, radius)) {
     word.letter = 'R';
     word.by_name = true;
     s = skip_blanks(p + radius.size(), end);
     if (s == end || !scan_number(s, end, word.number)) return false;
     if (s != end && !is_blank(*s) && !is_letter(*s)) return false;
-  } else if (turns.size() > 1 && begins_as(p, end, turns)) {
+  } else if (turns.size() > 1 && begins_as({p, end}, turns)) {
     word.letter = kTurns;
     s = skip_blanks(p + turns.size(), end);
     if (s == end || !is_digit(*s) || !scan_number(s, end, word.number) || word.number.has_point) return false;
-  } else if (!prefix.empty() && begins_as(p, end, prefix) && p + prefix.size() != end &&
+  } else if (!prefix.empty() && begins_as({p, end}, prefix) && p + prefix.size() != end &&
              axis_letter(std::string(1, upper(p[prefix.size()])))) {
     word.letter = upper(p[prefix.size()]);
     word.means = Word::Means::way;

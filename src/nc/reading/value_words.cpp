@@ -9,18 +9,6 @@
 namespace trunnion::nc {
 namespace {
 
-bool is_of_name(char c) {
-  return is_letter(c) || is_digit(c);
-}
-
-bool takes(const char*& p, const char* end, std::string_view text) {
-  if (static_cast<std::size_t>(end - p) < text.size() ||
-      !std::equal(text.begin(), text.end(), p, [](char a, char b) { return a == upper(b); }))
-    return false;
-  p += text.size();
-  return true;
-}
-
 bool is_plain_number(const char* p, const char* end) {
   Number number;
   return p != end && scan_number(p, end, number) && p == end;

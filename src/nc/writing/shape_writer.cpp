@@ -215,7 +215,7 @@ Result<void> ShapeWriter::write(const ProbeLog& b) {
   if (!s_.c.has_probing()) return s_.no_words("a touch of a probe", "[probing] touch");
   if (b.kind == ProbeLog::Kind::declare) return s_.put_template(s_.c.probing.declare, {});
   if (b.kind == ProbeLog::Kind::close) return s_.put_template(s_.c.probing.close, {});
-  const auto may_stand = [](char ch) { return is_letter(ch) || is_digit(ch) || ch == '-' || ch == '.'; };
+  const auto may_stand = [](char ch) { return is_of_name(ch) || ch == '-' || ch == '.'; };
   if (b.name.empty() || !std::all_of(b.name.begin(), b.name.end(), may_stand))
     return s_.refuse("the file of touches '" + b.name + "' may hold letters, digits, - and . only");
   const Template& words = b.kind == ProbeLog::Kind::open ? s_.c.probing.open : s_.c.probing.record;
