@@ -69,7 +69,7 @@ std::vector<PatternWord> words_of(const std::vector<PatternToken>& tokens) {
 }
 
 // One text for equal patterns, whatever blanks and zeros they are written with.
-std::string key_of(const std::vector<PatternToken>& tokens) {
+std::string key_of(std::span<const PatternToken> tokens) {
   std::string out;
   for (const auto& t : tokens) {
     if (t.type == Type::number) {
@@ -89,10 +89,8 @@ std::string key_of(const std::vector<PatternToken>& tokens) {
 bool holds_word(const std::vector<PatternToken>& tokens, const std::string& word) {
   const auto wanted = tokens_of(word);
   const std::string key = key_of(wanted);
-  for (std::size_t i = 0; i + wanted.size() <= tokens.size(); ++i) {
-    const auto at = tokens.begin() + static_cast<std::ptrdiff_t>(i);
-    if (key_of({at, at + static_cast<std::ptrdiff_t>(wanted.size())}) == key) return true;
-  }
+  for (std::size_t i = 0; i + wanted.size() <= tokens.size(); ++i)
+    if (key_of({tokens.data() + i, wanted.size()}) == key) return true;
   return false;
 }
 

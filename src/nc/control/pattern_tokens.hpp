@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,7 +13,7 @@ std::vector<PatternToken> tokens_of(std::string_view line);
 /// Letter, number, letter, number, ...: a set of address words; nothing of anything else, which is a phrase.
 std::vector<PatternWord> words_of(const std::vector<PatternToken>& tokens);
 /// The same for lines that a reader cannot tell apart.
-std::string key_of(const std::vector<PatternToken>& tokens);
+std::string key_of(std::span<const PatternToken> tokens);
 /// An address word among others: G91.
 bool holds_word(const std::vector<PatternToken>& tokens, const std::string& word);
 bool is_symbols_only(const std::vector<PatternToken>& tokens);

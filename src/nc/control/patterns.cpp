@@ -132,10 +132,7 @@ class Compiler {
         const auto tokens = tokens_of(line);
         out.insert(key_of(tokens));
         if (words_of(tokens).empty()) continue;
-        for (std::size_t k = 0; k + 1 < tokens.size(); k += 2) {
-          const auto at = tokens.begin() + static_cast<std::ptrdiff_t>(k);
-          out.insert(key_of({at, at + 2}));
-        }
+        for (std::size_t k = 0; k + 1 < tokens.size(); k += 2) out.insert(key_of({&tokens[k], 2}));
       }
     }
     return out;
@@ -188,7 +185,7 @@ class Compiler {
       if (pattern.event.kind != EventKind::remember || a.size() != b.size()) return false;
       for (std::size_t i = 0; i < a.size(); ++i) {
         const bool any = a[i].type == Type::placeholder && b[i].type == Type::number;
-        if (!any && key_of({a[i]}) != key_of({b[i]})) return false;
+        if (!any && key_of({&a[i], 1}) != key_of({&b[i], 1})) return false;
       }
       return true;
     };
@@ -209,10 +206,8 @@ class Compiler {
         keys.push_back(key_of(lines[i]));
         continue;
       }
-      for (std::size_t k = 0; k + 1 < lines[i].size(); k += 2) {
-        const auto at = lines[i].begin() + static_cast<std::ptrdiff_t>(k);
-        if (const std::string key = key_of({at, at + 2}); key != counts_absolutely_) keys.push_back(key);
-      }
+      for (std::size_t k = 0; k + 1 < lines[i].size(); k += 2)
+        if (const std::string key = key_of({&lines[i][k], 2}); key != counts_absolutely_) keys.push_back(key);
     }
     others_[key_of(lines[main])].push_back(std::move(others));
   }
@@ -226,10 +221,8 @@ class Compiler {
   bool is_silent(const std::vector<PatternToken>& tokens) const {
     if (silent_.contains(key_of(tokens))) return true;
     const auto words = words_of(tokens);
-    for (std::size_t i = 0; i < words.size(); ++i) {
-      const auto at = tokens.begin() + static_cast<std::ptrdiff_t>(2 * i);
-      if (!silent_.contains(key_of({at, at + 2}))) return false;
-    }
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (!silent_.contains(key_of({&tokens[2 * i], 2}))) return false;
     return !words.empty();
   }
 
@@ -237,7 +230,6 @@ class Compiler {
     if (tokens.empty()) return;
     const std::string key = key_of(tokens);
     const auto [it, is_new] = found_.try_emplace(key);
-    it->second.key = key;
     if (is_new) {
       auto words = words_of(tokens);
       const auto& increments = controller_.incremental;
@@ -281,9 +273,8 @@ class Compiler {
       return;
     }
     for (std::size_t i = 0; i < tokens.size(); i += 2) {
-      std::vector<PatternToken> word(tokens.begin() + static_cast<std::ptrdiff_t>(i),
-                                     tokens.begin() + static_cast<std::ptrdiff_t>(i) + 2);
-      if (!found_.contains(key_of(word))) put(std::move(word), {EventKind::silent}, origin);
+      const std::span<const PatternToken> word(&tokens[i], 2);
+      if (!found_.contains(key_of(word))) put({word.begin(), word.end()}, {EventKind::silent}, origin);
     }
   }
 
