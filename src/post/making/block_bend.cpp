@@ -71,8 +71,8 @@ bool BlockBend::leaves_path(const path::Point& to, const JointVector& q, bool bo
 }
 
 void BlockBend::say_what_stays(const path::Point& to, double off_mm) {
-  work_.posting.diagnostics.warning_once(
-      "direction stays", work_.posting.job.cl_file, to.where,
+  work_.posting.warn_once(
+      "direction stays", to.where,
       "the rotary axes cannot take out what the machine's errors turn the tool by here, " +
           fixed_text(path::tilt_from_pole(work_.posting.machine, to.axis_P).deg(), 3) +
           " deg from the axis about which the table turns: " + fixed_text(off_mm, 6) + " mm stay " +

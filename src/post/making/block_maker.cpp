@@ -109,9 +109,8 @@ Result<bool> BlockMaker::take_up(const JointVector& next, SourceRef where) {
 bool BlockMaker::leads() const {
   if (!work_.lead.is_on()) return false;
   if (!work_.thermal.is_at_run_time()) return true;
-  work_.posting.diagnostics.warning_once(
-      "servo lag", work_.posting.job.cl_file, {},
-      "servo_lag: words that the control calculates are not led: the axes stay late");
+  work_.posting.warn_once("servo lag", {},
+                          "servo_lag: words that the control calculates are not led: the axes stay late");
   return false;
 }
 
@@ -217,10 +216,10 @@ Result<double> BlockMaker::rate_of(const cl::Feed& feed, double segment_mm, Sour
     case cl::FeedMode::none:
       break;
   }
-  work_.posting.diagnostics.warning_once(
-      "no feed", work_.posting.job.cl_file, where,
-      "no FEDRAT before this motion: the default feed of " +
-          fixed_text(work_.posting.options.default_feed_mm_s * kSecondsPerMinute, 1) + " mm/min is used");
+  work_.posting.warn_once("no feed", where,
+                          "no FEDRAT before this motion: the default feed of " +
+                              fixed_text(work_.posting.options.default_feed_mm_s * kSecondsPerMinute, 1) +
+                              " mm/min is used");
   return work_.posting.options.default_feed_mm_s;
 }
 

@@ -77,8 +77,7 @@ Result<JointVector> CorrectedPlace::of(const path::Point& point, double seconds)
     const auto found = lost_motion_.compensated(tip_P, point.axis_P, at);
     if (!found) return at_point(found.error());
     if (found->held) {
-      work_.posting.diagnostics.warning_once("table range", work_.posting.job.cl_file, point.where,
-                                             work_.errors.compensator->range_message(at));
+      work_.posting.warn_once("table range", point.where, work_.errors.compensator->range_message(at));
     }
     double correction2 = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {

@@ -22,10 +22,9 @@ Result<void> CutterWords::switch_to(const cl::CutterCompensation& c, SourceRef w
   }
   const std::int64_t number = c.wear_register ? *c.wear_register : work_.tool.length_register;
   if (side != nc::CutterSide::off) {
-    work_.posting.diagnostics.warning_once("wear", work_.posting.job.cl_file, where,
-                                           "CUTCOM: verified with nothing in register " +
-                                               std::to_string(number) +
-                                               ": it holds the wear of the tool, not its radius");
+    work_.posting.warn_once("wear", where,
+                            "CUTCOM: verified with nothing in register " + std::to_string(number) +
+                                ": it holds the wear of the tool, not its radius");
     const std::string text =
         "CUTTER COMPENSATION: REGISTER " + std::to_string(number) + " HOLDS WEAR ONLY, 0 FOR A NEW TOOL";
     if (auto done = work_.posting.write(nc::Comment{text}); !done) return done;

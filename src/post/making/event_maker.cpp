@@ -48,7 +48,7 @@ Result<void> EventMaker::take_record(const cl::Record& record) {
             return take_diameter(g, record.where);
           },
           [&](const cl::CutterCompensation& c) { return cutter_words_.switch_to(c, record.where); },
-          [&](const cl::Dwell& d) { return take_dwell(d, record.where); },
+          [&](const cl::Dwell& d) { return take_dwell(d); },
           [&](const cl::Stop& s) { return take_stop(s, record.where); },
           [&](const cl::Text& t) { return take_text(t, record.where); },
           [&](const cl::OperationBegin& o) {
@@ -85,8 +85,7 @@ Result<void> EventMaker::take_diameter(const cl::ToolGeometry& tool, SourceRef w
   return fail(ErrorCode::wrong_input,
               "a diameter of " + shortest_text(*tool.diameter_mm) +
                   " mm behind SPINDL, which made its speed from a surface speed and " +
-                  shortest_text(before_mm) + " mm: CUTTER or TLDATA must stand before SPINDL",
-              work_.posting.job.cl_file, where);
+                  shortest_text(before_mm) + " mm: CUTTER or TLDATA must stand before SPINDL");
 }
 
 Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
@@ -105,9 +104,7 @@ Result<void> EventMaker::take_stop(const cl::Stop& stop, SourceRef where) {
 }
 
 Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef where) {
-  const auto refuse = [&](const std::string& why) {
-    return fail(ErrorCode::wrong_input, why, work_.posting.job.cl_file, where);
-  };
+  const auto refuse = [](const std::string& why) { return fail(ErrorCode::wrong_input, why); };
   if (t.number == 0)
     return refuse(
         "tool 0: a control takes it for no tool, without a length; number the tool where the CL file is "
@@ -137,20 +134,16 @@ Result<void> EventMaker::take_tool_change(const cl::ToolChange& t, SourceRef whe
   return work_.posting.write(nc::LengthCompensation{adds ? call.length_offset : 0});
 }
 
-Result<void> EventMaker::take_dwell(const cl::Dwell& d, SourceRef where) {
+Result<void> EventMaker::take_dwell(const cl::Dwell& d) {
   double seconds = d.seconds;
   if (d.revolutions) {
-    if (work_.spindle.rpm() <= 0.0) {
-      return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed",
-                  work_.posting.job.cl_file, where);
-    }
+    if (work_.spindle.rpm() <= 0.0)
+      return fail(ErrorCode::wrong_input, "DELAY in revolutions and the spindle has no speed");
     seconds = *d.revolutions / work_.spindle.rpm() * kSecondsPerMinute;
   }
   constexpr double kLongest_s = 86400.0;
-  if (seconds > kLongest_s) {
-    return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day",
-                work_.posting.job.cl_file, where);
-  }
+  if (seconds > kLongest_s)
+    return fail(ErrorCode::wrong_input, "DELAY: " + shortest_text(seconds) + " s is more than a day");
   if (auto r = work_.spindle.resume(); !r) return r;
   work_.pause(seconds);
   return work_.posting.write(nc::Dwell{std::llround(seconds * 1000.0)});
@@ -160,19 +153,17 @@ Result<void> EventMaker::take_text(const cl::Text& t, SourceRef where) {
   if (t.kind == cl::Text::Kind::insert) {
     // Some CAM systems put remarks there; a line that no one has checked does not go to a machine as a
     // command.
-    work_.posting.diagnostics.warning_once(
-        "INSERT", work_.posting.job.cl_file, where,
-        "the text of INSERT goes into the program as a comment, not as a command");
+    work_.posting.warn_once("INSERT", where,
+                            "the text of INSERT goes into the program as a comment, not as a command");
   }
   return t.text.empty() ? Result<void>{} : work_.posting.write(nc::Comment{t.text, true});
 }
 
 Result<void> EventMaker::take_tolerance(const cl::Tolerance& t, SourceRef where) {
   if (!t.on) {
-    work_.posting.diagnostics.warning_once("LINTOL/OFF", work_.posting.job.cl_file, where,
-                                           "LINTOL/OFF is not followed: the tolerance stays " +
-                                               shortest_text(work_.modes.tolerances.cutting().tip_mm) +
-                                               " mm");
+    work_.posting.warn_once("LINTOL/OFF", where,
+                            "LINTOL/OFF is not followed: the tolerance stays " +
+                                shortest_text(work_.modes.tolerances.cutting().tip_mm) + " mm");
   }
   work_.modes.tolerances.take(t);
   return {};
@@ -204,10 +195,9 @@ Result<void> EventMaker::take_post_word(const cl::PostWord& word, SourceRef wher
     const Axis& axis = work_.posting.machine.axes[turn->axis];
     if (axis.within_limits(turn->angle))
       return safe_way_.turn_table(turn->axis, turn->angle, turn->now, where);
-    return fail(ErrorCode::check_failed,
-                word.word + ": axis " + axis.name + " would have to go to " +
-                    fixed_text(turn->angle * kDegreePerRad, 4) + " deg, beyond its limits",
-                work_.posting.job.cl_file, where);
+    return fail(ErrorCode::check_failed, word.word + ": axis " + axis.name + " would have to go to " +
+                                             fixed_text(turn->angle * kDegreePerRad, 4) +
+                                             " deg, beyond its limits");
   }
   std::string text = word.word;
   for (std::size_t i = 0; i < word.fields.size(); ++i) {
@@ -215,7 +205,7 @@ Result<void> EventMaker::take_post_word(const cl::PostWord& word, SourceRef wher
     text += word.fields[i];
   }
   text += " is not acted on";
-  work_.posting.diagnostics.warning_once("post word " + text, work_.posting.job.cl_file, where, text);
+  work_.posting.warn_once("post word " + text, where, text);
   return {};
 }
 

@@ -21,7 +21,7 @@ class EventMaker {
   Result<void> take_coolant(nc::CoolantKind kind);
   Result<void> take_stop(const cl::Stop& stop, SourceRef where);
   Result<void> take_tool_change(const cl::ToolChange& t, SourceRef where);
-  Result<void> take_dwell(const cl::Dwell& d, SourceRef where);
+  Result<void> take_dwell(const cl::Dwell& d);
   Result<void> take_text(const cl::Text& t, SourceRef where);
   Result<void> take_tolerance(const cl::Tolerance& t, SourceRef where);
   /// Words for the post-processor that the intake does not act on alone.

@@ -27,6 +27,11 @@ struct Posting {
     return writer.write(block);
   }
 
+  /// At a place of the CL file.
+  void warn_once(const std::string& key, SourceRef where, const std::string& text) {
+    diagnostics.warning_once(key, job.cl_file, where, text);
+  }
+
   const PostJob& job;
   const PostOptions& options;
   const nc::Controller& controller;

@@ -44,22 +44,21 @@ std::int64_t ProgramHead::number_of(const std::string& name) const {
   if (!program.reserves(number)) return number;
   const std::string range =
       std::to_string(program.first_reserved) + " to " + std::to_string(program.last_reserved);
-  posting_.diagnostics.warning_once(
-      "program number", posting_.job.cl_file, {},
-      "program numbers " + range + " are those of the machine's macros (tool change, probing): " +
-          (asked ? "make sure that " + std::to_string(number) + " is none of them"
-                 : "the program is number 1, not " + std::to_string(number) + " of the name '" + name +
-                       "'; --program-number says another one"));
+  posting_.warn_once("program number", {},
+                     "program numbers " + range +
+                         " are those of the machine's macros (tool change, probing): " +
+                         (asked ? "make sure that " + std::to_string(number) + " is none of them"
+                                : "the program is number 1, not " + std::to_string(number) +
+                                      " of the name '" + name + "'; --program-number says another one"));
   return asked ? number : 1;
 }
 
 Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, SourceRef where) {
   if (offset.index == posting_.report.head.work_offset) return {};
   if (posting_.options.work_offset) {
-    posting_.diagnostics.warning_once("work offset", posting_.job.cl_file, where,
-                                      "the CL file calls work offset " + std::to_string(offset.index) +
-                                          ", the option " + std::to_string(*posting_.options.work_offset) +
-                                          ": that holds");
+    posting_.warn_once("work offset", where,
+                       "the CL file calls work offset " + std::to_string(offset.index) + ", the option " +
+                           std::to_string(*posting_.options.work_offset) + ": that holds");
     return {};
   }
   return fail(

@@ -62,8 +62,8 @@ Result<void> SafeWay::rise_under_tcp(SourceRef where) {
   const bool on = std::exchange(work_.at.tcp, false);  // the retract ends it
   if (!on || !c.tcp.replaces_length || !c.length.moves_at_once) return {};
   if (const auto fault = length_drop_fault(work_.posting.machine, work_.tool.tool.length_mm)) {
-    work_.posting.diagnostics.warning_once(
-        "length drop", work_.posting.job.cl_file, where,
+    work_.posting.warn_once(
+        "length drop", where,
         "where tool-centre-point control ends, " + *fault +
             ". Set the control so that no word of the length moves it by itself, and say so in " + c.file +
             " ([length] moves_at_once = false), or raise the safe height");

@@ -22,7 +22,7 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
     return fail(ErrorCode::wrong_input, why, posting_.job.cl_file, where);
   };
   const auto leave_out = [&](const char* key, const std::string& why) {
-    posting_.diagnostics.warning_once(key, posting_.job.cl_file, where, why);
+    posting_.warn_once(key, where, why);
     return std::optional<nc::Spindle>();
   };
   is_said_ = true;
@@ -32,8 +32,7 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
     return spindle_;
   }
   if (s.state == cl::Spindle::State::orient) {
-    posting_.diagnostics.warning_once("orient", posting_.job.cl_file, where,
-                                      "SPINDL/ORIENT: the spindle is stopped, and not turned to an angle");
+    posting_.warn_once("orient", where, "SPINDL/ORIENT: the spindle is stopped, and not turned to an angle");
     spindle_ = {};
     is_said_ = false;
     return spindle_;
@@ -95,11 +94,11 @@ void SpindleAndCoolant::warn_before_cut(SourceRef where) {
 void SpindleAndCoolant::tell_new_diameter() {
   const double before_mm = std::exchange(moved_with_mm_, diameter_mm_);
   if (!(before_mm > 0.0)) return;
-  posting_.diagnostics.warning_once(
-      "new diameter", posting_.job.cl_file, diameter_where_,
-      "a diameter of " + shortest_text(diameter_mm_) + " mm, and the tool in the spindle" +
-          (tool_ ? ", tool " + std::to_string(*tool_) + "," : std::string()) + " has moved with " +
-          shortest_text(before_mm) + " mm: no tool change stands between. It goes on with the same tool");
+  posting_.warn_once("new diameter", diameter_where_,
+                     "a diameter of " + shortest_text(diameter_mm_) + " mm, and the tool in the spindle" +
+                         (tool_ ? ", tool " + std::to_string(*tool_) + "," : std::string()) +
+                         " has moved with " + shortest_text(before_mm) +
+                         " mm: no tool change stands between. It goes on with the same tool");
 }
 
 Result<void> SpindleAndCoolant::resume() {
