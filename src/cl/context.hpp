@@ -30,24 +30,18 @@ struct PendingArc {
   std::optional<Angle> sweep;  // as the file gives it: it has to agree with the end
 };
 
-/// A drilling cycle that is switched on.
-struct Cycle {
-  enum class Kind : std::uint8_t { drill, peck, feed_out, tap };
-  Kind kind = Kind::drill;
-  double depth_mm = 0.0;
-  double clear_mm = 0.0;
+/// A drilling cycle that is switched on: its holes, where each is said with the GOTO to it.
+struct Cycle : Hole {
   double return_mm = 0.0;
-  double step_mm = 0.0;
-  double first_step_mm = 0.0;
-  double dwell_s = 0.0;
-  bool chip_break = false;  // of a `peck`: the steps need not leave the hole
   bool has_depth = false;
   bool has_clear = false;
   bool return_as_came = false;
   bool has_rapto = false;       // RAPTO goes before CLEAR, which CAMplete gives as an absolute height
   bool clear_by_place = false;  // a value without a word: true until the tool has stood there above a hole
-  std::optional<Feed> feed;
+  std::optional<Feed> own_feed;
   double pitch_mm = 0.0;  // of a tap whose feed is per minute, once the first hole has it
+
+  bool in_pecks() const { return kind == Kind::peck || kind == Kind::chip_break; }
 };
 
 /// NURBS of NX while its knots and points are read.

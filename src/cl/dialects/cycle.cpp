@@ -66,8 +66,10 @@ class CycleReading {
     const std::string_view kind = field().text;
     if (kind == "DRILL" || kind == "FACE" || kind == "THRU" || kind == "CSINK") {
       cycle.kind = Cycle::Kind::drill;
-    } else if (kind == "DEEP" || kind == "DEEP2" || kind == "BRKCHP") {
-      cycle.kind = Cycle::Kind::peck;  // a hole with full retracts is the same hole
+    } else if (kind == "DEEP" || kind == "DEEP2") {
+      cycle.kind = Cycle::Kind::peck;
+    } else if (kind == "BRKCHP") {
+      cycle.kind = Cycle::Kind::chip_break;  // a hole with full retracts is the same hole
     } else if (kind == "REAM" || kind == "BORE") {
       cycle.kind = Cycle::Kind::feed_out;  // no mark of the tool's edge
     } else if (kind == "TAP") {
@@ -77,11 +79,9 @@ class CycleReading {
                                      " changes the geometry and is not understood by this program");
     }
     ++at_;
-    cycle.chip_break = kind == "BRKCHP";
     if (kind == "DRILL" && at_ < statement_.fields.size() &&
         (field().text == "DEEP" || field().text == "BRKCHP")) {
-      cycle.kind = Cycle::Kind::peck;
-      cycle.chip_break = field().text == "BRKCHP";
+      cycle.kind = field().text == "BRKCHP" ? Cycle::Kind::chip_break : Cycle::Kind::peck;
       ++at_;
     }
   }
@@ -108,7 +108,7 @@ class CycleReading {
     context_.take_feed_unit(word, statement_.fields[unit_at].where);
     const auto number = context_.positive(statement_, value_at);
     if (number) {
-      cycle.feed = Feed{unit.first, *number * unit.second};
+      cycle.own_feed = Feed{unit.first, *number * unit.second};
     } else {
       good_ = false;
     }
@@ -126,10 +126,10 @@ class CycleReading {
     } else if (!cycle.has_depth) {
       length(cycle.depth_mm);
       cycle.has_depth = true;
-    } else if (!cycle.feed && unit_follows()) {
+    } else if (!cycle.own_feed && unit_follows()) {
       read_feed(cycle, at_, at_ + 1);
     } else if (!cycle.has_clear) {
-      cycle.clear_by_place = !cycle.feed;
+      cycle.clear_by_place = !cycle.own_feed;
       length(cycle.clear_mm);
       cycle.has_clear = true;
       positional_clear_ = true;
@@ -198,7 +198,7 @@ class CycleReading {
                             "CYCLE: steps are given: the hole is drilled in pecks, as with DRILL,DEEP");
       cycle.kind = Cycle::Kind::peck;
     }
-    if (cycle.kind == Cycle::Kind::peck) {
+    if (cycle.in_pecks()) {
       if (cycle.step_mm == 0.0) cycle.step_mm = cycle.first_step_mm;
       if (cycle.first_step_mm == 0.0) cycle.first_step_mm = cycle.step_mm;
       if (cycle.step_mm == 0.0) {
@@ -214,8 +214,9 @@ class CycleReading {
   // Its feed is the pitch, or the pitch times the speed of the spindle: that of the cuts before it is
   // neither.
   void check_tap(Cycle& cycle) {
-    if (!cycle.feed && context_.modal.feed.mode == FeedMode::per_revolution) cycle.feed = context_.modal.feed;
-    if (!cycle.feed)
+    if (!cycle.own_feed && context_.modal.feed.mode == FeedMode::per_revolution)
+      cycle.own_feed = context_.modal.feed;
+    if (!cycle.own_feed)
       fail(statement_.where,
            "TAP without a pitch: a feed per revolution (MMPR, IPR), or per minute behind SPINDL, in the "
            "statement");
@@ -271,7 +272,7 @@ class Drilling {
         where_(where),
         tip_A_(tip_A),
         axis_A_(axis_A),
-        feed_(cycle_.feed.value_or(modal_.feed)),
+        feed_(cycle_.own_feed.value_or(modal_.feed)),
         leave_(std::max(cycle_.return_mm, cycle_.clear_mm)) {}
 
   void run() {
@@ -351,7 +352,7 @@ class Drilling {
   }
   void drill() {
     const double clear = cycle_.clear_mm;
-    if (cycle_.kind == Cycle::Kind::peck) {
+    if (cycle_.in_pecks()) {
       double bottom = std::min(cycle_.first_step_mm, cycle_.depth_mm);
       feed_to(-bottom, bottom < cycle_.depth_mm);
       while (bottom < cycle_.depth_mm) {
@@ -372,20 +373,10 @@ class Drilling {
   }
   void end_shape(bool across, std::size_t motions) {
     if (!shape_) return;
-    Hole hole;
-    hole.kind = cycle_.kind == Cycle::Kind::drill      ? Hole::Kind::drill
-                : cycle_.kind == Cycle::Kind::feed_out ? Hole::Kind::feed_out
-                : cycle_.kind == Cycle::Kind::tap      ? Hole::Kind::tap
-                : cycle_.chip_break                    ? Hole::Kind::chip_break
-                                                       : Hole::Kind::peck;
+    Hole hole = static_cast<const Hole&>(cycle_);
     hole.top_P = modal_.X_PA * tip_A_;
     hole.axis_P = modal_.X_PA.R * axis_A_;
-    hole.depth_mm = cycle_.depth_mm;
-    hole.clear_mm = cycle_.clear_mm;
     hole.leave_mm = leave_;
-    hole.step_mm = cycle_.step_mm;
-    hole.first_step_mm = cycle_.first_step_mm;
-    hole.dwell_s = cycle_.dwell_s;
     hole.feed = feed_;
     hole.across = across;
     *shape_ = Shape{.motions = motions, .what = hole};
