@@ -313,11 +313,6 @@ void Context::add_arc(SourceRef where, const Vec3& end_A, const Vec3& center_A, 
                             short_text(kMostChords, 7) + " are taken");
   }
   modal.tip_A = end_A;
-  if (options_.keep_arcs && !rapid) {
-    emit(where, ArcMotion{std::make_shared<const Arc>(arc)});
-    ++motion_count_;
-    return;
-  }
   const std::vector<Vec3> points_P = linearise(arc, options_.arc_tolerance_mm);
   if (options_.mark_shapes && !rapid)
     emit(where, ShapeBegin{std::make_shared<const Shape>(Shape{.motions = points_P.size(), .what = arc})});

@@ -13,9 +13,9 @@ namespace {
 using test::joined;
 using test::read;
 
-ReaderOptions keep_arcs() {
+ReaderOptions with_shapes() {
   ReaderOptions options = test::in_mm();
-  options.keep_arcs = true;
+  options.mark_shapes = true;
   return options;
 }
 
@@ -24,9 +24,9 @@ TEST(Circle, NxTurnsClockwiseAboutItsAxis) {
   const auto reading = read(
       "GOTO/-7.1838,23.0,70.0\nCIRCLE/5.3162,23.0,70.0,0.0,0.0,-1.0,12.5,0.06,0.5,25.0,0.0\nGOTO/"
       "5.3162,10.5,70.0\n",
-      keep_arcs());
+      with_shapes());
   ASSERT_EQ(joined(reading.findings), "");
-  const Arc& arc = *reading.all<ArcMotion>().at(0).arc;
+  const Arc arc = reading.arcs().at(0);
   EXPECT_EQ(arc.normal_P, Vec3(0, 0, 1));
   EXPECT_NEAR(arc.sweep.deg(), 90.0, 1e-9);
   EXPECT_NEAR(
@@ -35,29 +35,29 @@ TEST(Circle, NxTurnsClockwiseAboutItsAxis) {
   const auto long_way = read(
       "GOTO/-7.1838,23.0,70.0\nCIRCLE/5.3162,23.0,70.0,0.0,0.0,1.0,12.5,0.06,0.5,25.0,0.0\nGOTO/"
       "5.3162,10.5,70.0\n",
-      keep_arcs());
-  EXPECT_NEAR(long_way.all<ArcMotion>().at(0).arc->sweep.deg(), 270.0, 1e-9);
+      with_shapes());
+  EXPECT_NEAR(long_way.arcs().at(0).sweep.deg(), 270.0, 1e-9);
 }
 
 TEST(Circle, SolidWorksTurnsByTheRightHandAndClosesFullCircles) {
   const auto reading = read(
       "GOTO/96.4375,41.334899,-3.\nCIRCLE/95.,44.249705,-3.,0,0,-1.\nGOTO/95.,40.999705,-3.\n"
       "GOTO/126.3,0,-4.\nCIRCLE/125.,0,-4.,0,0,1.\nGOTO/126.3,0,-4.\n",
-      keep_arcs());
+      with_shapes());
   ASSERT_EQ(joined(reading.findings), "");
-  const auto arcs = reading.all<ArcMotion>();
-  EXPECT_NEAR(arcs.at(0).arc->sweep.deg(), 26.25, 0.01);  // asin(1.4375 / 3.25)
-  EXPECT_EQ(arcs.at(1).arc->sweep.deg(), 360.0);
-  EXPECT_NEAR((point_on(*arcs[1].arc, 0.25) - Vec3(125.0, 1.3, -4.0)).norm(), 0.0, 1e-12);
+  const auto arcs = reading.arcs();
+  EXPECT_NEAR(arcs.at(0).sweep.deg(), 26.25, 0.01);  // asin(1.4375 / 3.25)
+  EXPECT_EQ(arcs.at(1).sweep.deg(), 360.0);
+  EXPECT_NEAR((point_on(arcs[1], 0.25) - Vec3(125.0, 1.3, -4.0)).norm(), 0.0, 1e-12);
 }
 
 TEST(Circle, AHelixOfSeveralTurns) {
   const auto reading = read(
       "GOTO/-1.0,0.0,0.0\nCIRCLE/0.0,0.0,-2.475,0.0,0.0,-1.0,1.0,0.002,0.5,1.0,0.0,TIMES,2\nGOTO/"
       "-1.0,0.0,-2.475\n",
-      keep_arcs());
+      with_shapes());
   ASSERT_EQ(joined(reading.findings), "");
-  const Arc& arc = *reading.all<ArcMotion>().at(0).arc;
+  const Arc arc = reading.arcs().at(0);
   EXPECT_EQ(arc.sweep.deg(), 720.0);
   EXPECT_NEAR((point_on(arc, 0.25) - Vec3(1.0, 0.0, -2.475 / 4)).norm(), 0.0, 1e-12);
 }
@@ -115,19 +115,17 @@ TEST(Circle, NothingStandsBetweenItsCenterAndItsEnd) {
 
 TEST(Circle, MovarcTurnsByItsAngleRightHandedAboutItsNormal) {
   const auto arc_of = [](const std::string& arc, const std::string& end) {
-    return read("GOTO/20,0,10\nMOVARC/0,0,10,0,0," + arc + "\nGOTO/" + end + "\n", keep_arcs());
+    return read("GOTO/20,0,10\nMOVARC/0,0,10,0,0," + arc + "\nGOTO/" + end + "\n", with_shapes());
   };
   const auto quarter = arc_of("1,20,ANGLE,90", "0,20,10");
   ASSERT_EQ(joined(quarter.findings), "");
-  EXPECT_NEAR(quarter.all<ArcMotion>().at(0).arc->sweep.deg(), 90.0, 1e-9);
-  EXPECT_NEAR(
-      (point_on(*quarter.all<ArcMotion>()[0].arc, 0.5) - Vec3(20, 20, 10 * std::sqrt(2.0)) / std::sqrt(2.0))
-          .norm(),
-      0.0, 1e-12);
+  EXPECT_NEAR(quarter.arcs().at(0).sweep.deg(), 90.0, 1e-9);
+  EXPECT_NEAR((point_on(quarter.arcs()[0], 0.5) - Vec3(20, 20, 10 * std::sqrt(2.0)) / std::sqrt(2.0)).norm(),
+              0.0, 1e-12);
   const auto clockwise = arc_of("-1,20,ANGLE,270.000001", "0,20,10");
-  EXPECT_NEAR(clockwise.all<ArcMotion>().at(0).arc->sweep.deg(), 270.0, 1e-9);
-  EXPECT_NEAR(arc_of("1,20,ANGLE,360", "20,0,10").all<ArcMotion>().at(0).arc->sweep.deg(), 360.0, 1e-9);
-  EXPECT_NEAR(arc_of("1,20,ANGLE,810", "0,20,4").all<ArcMotion>().at(0).arc->sweep.deg(), 810.0, 1e-9);
+  EXPECT_NEAR(clockwise.arcs().at(0).sweep.deg(), 270.0, 1e-9);
+  EXPECT_NEAR(arc_of("1,20,ANGLE,360", "20,0,10").arcs().at(0).sweep.deg(), 360.0, 1e-9);
+  EXPECT_NEAR(arc_of("1,20,ANGLE,810", "0,20,4").arcs().at(0).sweep.deg(), 810.0, 1e-9);
   // A post that leaves the normal of a clockwise arc as it is.
   EXPECT_EQ(
       joined(arc_of("1,20,ANGLE,270", "0,20,10").findings),
@@ -143,10 +141,10 @@ TEST(Circle, MovarcTurnsByItsAngleRightHandedAboutItsNormal) {
 TEST(Circle, ElevenValuesThatEndInZerosCarryTheirAngle) {
   const auto circle = [](const std::string& degrees, const std::string& end) {
     return read("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,-1,10," + degrees + ",0.0,0.0,0.0\nGOTO/" + end + "\n",
-                keep_arcs());
+                with_shapes());
   };
-  EXPECT_NEAR(circle("90.0", "0,10,0").all<ArcMotion>().at(0).arc->sweep.deg(), 90.0, 1e-9);
-  EXPECT_NEAR(circle("360.0", "10,0,0").all<ArcMotion>().at(0).arc->sweep.deg(), 360.0, 1e-9);
+  EXPECT_NEAR(circle("90.0", "0,10,0").arcs().at(0).sweep.deg(), 90.0, 1e-9);
+  EXPECT_NEAR(circle("360.0", "10,0,0").arcs().at(0).sweep.deg(), 360.0, 1e-9);
   EXPECT_EQ(joined(circle("270.0", "0,10,0").findings).substr(0, 39),
             "2:1: error: CIRCLE: it turns by 270 deg");
 }

@@ -9,10 +9,10 @@ namespace {
 using test::joined;
 using test::read;
 
-ReaderOptions nci(bool keep_arcs = false) {
+ReaderOptions nci(bool mark_shapes = false) {
   ReaderOptions options = test::in_mm();
   options.dialect = ReaderOptions::Dialect::nci;
-  options.keep_arcs = keep_arcs;
+  options.mark_shapes = mark_shapes;
   return options;
 }
 
@@ -47,11 +47,11 @@ TEST(Nci, LinesAndArcsInTheTopPlane) {
       nci(true));
   ASSERT_EQ(joined(reading.findings), "");
   EXPECT_TRUE(reading.motions().at(0).rapid);
-  const auto arcs = reading.all<ArcMotion>();
-  EXPECT_EQ(arcs.at(0).arc->sweep.deg(), 90.0);
-  EXPECT_EQ(arcs.at(0).arc->normal_P, Vec3(0, 0, 1));
-  EXPECT_EQ(arcs.at(1).arc->sweep.deg(), 90.0);
-  EXPECT_EQ(arcs.at(1).arc->normal_P, Vec3(0, 0, -1));
+  const auto arcs = reading.arcs();
+  EXPECT_EQ(arcs.at(0).sweep.deg(), 90.0);
+  EXPECT_EQ(arcs.at(0).normal_P, Vec3(0, 0, 1));
+  EXPECT_EQ(arcs.at(1).sweep.deg(), 90.0);
+  EXPECT_EQ(arcs.at(1).normal_P, Vec3(0, 0, -1));
 }
 
 TEST(Nci, WithoutAToolChangeTheToolStays) {
@@ -142,21 +142,20 @@ TEST(Catia, TheAxisStaysBehindMultaxOff) {
 
 TEST(Catia, AnArcStartsInTheDirectionOfIndirv) {
   ReaderOptions options = test::in_mm();
-  options.keep_arcs = true;
+  options.mark_shapes = true;
   const std::string arc =
       "TLON,GOFWD/ (CIRCLE/  0.00000,  0.00000,  5.00000,$\n 10.00000),ON,(LINE/  0.00000, 0.00000, "
       "5.00000,$\n 0.00000, 10.00000, 5.00000)\n";
   const auto counter = read("GOTO/10,0,5\nAUTOPS\nINDIRV/0,1,0\n" + arc, options);
   ASSERT_EQ(joined(counter.findings), "");
-  EXPECT_EQ(counter.all<ArcMotion>().at(0).arc->sweep.deg(), 90.0);
+  EXPECT_EQ(counter.arcs().at(0).sweep.deg(), 90.0);
   const auto clockwise = read("GOTO/10,0,5\nAUTOPS\nINDIRV/0,-1,0\n" + arc + "GOTO/0,20,5\n", options);
-  EXPECT_EQ(clockwise.all<ArcMotion>().at(0).arc->sweep.deg(), 270.0);
-  EXPECT_EQ(clockwise.all<ArcMotion>().at(0).arc->normal_P, Vec3(0, 0, -1));
+  EXPECT_EQ(clockwise.arcs().at(0).sweep.deg(), 270.0);
+  EXPECT_EQ(clockwise.arcs().at(0).normal_P, Vec3(0, 0, -1));
   EXPECT_EQ(clockwise.motions().back().tip_P, Vec3(0, 20, 5));
   const std::string second =
       "TLON,GOFWD/ (CIRCLE/ 0., 0., 5., 10.),ON,2,INTOF,$\n (LINE/ 0., 0., 5., 0., 10., 5.)\n";
-  EXPECT_EQ(read("GOTO/10,0,5\nINDIRV/0,-1,0\n" + second, options).all<ArcMotion>().at(0).arc->sweep.deg(),
-            270.0);
+  EXPECT_EQ(read("GOTO/10,0,5\nINDIRV/0,-1,0\n" + second, options).arcs().at(0).sweep.deg(), 270.0);
   EXPECT_EQ(joined(read("GOTO/10,0,5\nINDIRV/1,0,0\n" + arc).findings),
             "3:1: error: TLON: INDIRV points along the radius: the sense is not known\n");
   EXPECT_EQ(joined(read("GOTO/10,0,5\n" + arc).findings),

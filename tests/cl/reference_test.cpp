@@ -128,15 +128,17 @@ TEST_F(ReferenceCl, NxCirclesAreRefusedForTheirCompensationAndReadWithoutIt) {
             "does not say (--cutter-compensation tool-center or wear)");
   ReaderOptions options = test::in_mm();
   options.cutter_compensation = ReaderOptions::CutterCompensation::tool_center;
-  options.keep_arcs = true;
+  options.mark_shapes = true;
   const auto reading = read("nx_clsf_cutcom_circle.clsf", options);
   EXPECT_EQ(joined(reading.findings),
             "3:1: note: MSYS: the points are taken as given in it\n"
             "17:1: warning: CUTCOM is left out: the points are those of the tool's center\n");
-  EXPECT_EQ(reading.all<ArcMotion>().size(), 140U);
-  EXPECT_EQ(reading.motions().size() + 140U, 566U);
+  EXPECT_EQ(reading.arcs().size(), 140U);
+  std::size_t motions = reading.motions().size() + 140U;
+  for (const ShapeBegin& shape : reading.all<ShapeBegin>()) motions -= shape.shape->motions;
+  EXPECT_EQ(motions, 566U);
   // All of them lead in or out tangentially over a quarter turn: with the other sense it would be three.
-  for (const ArcMotion& motion : reading.all<ArcMotion>()) EXPECT_NEAR(motion.arc->sweep.deg(), 90.0, 0.01);
+  for (const Arc& arc : reading.arcs()) EXPECT_NEAR(arc.sweep.deg(), 90.0, 0.01);
 }
 
 TEST_F(ReferenceCl, CatiaTurningIsRefusedByName) {

@@ -20,6 +20,12 @@ struct Reading {
     }
     return all;
   }
+  std::vector<Arc> arcs() const {  // with ReaderOptions::mark_shapes
+    std::vector<Arc> found;
+    for (const ShapeBegin& shape : all<ShapeBegin>())
+      if (const auto* arc = std::get_if<Arc>(&shape.shape->what)) found.push_back(*arc);
+    return found;
+  }
   template <class Data>
   std::vector<Data> all() const {
     std::vector<Data> found;

@@ -10,7 +10,6 @@ inline void read_cl(Bytes bytes, cl::ReaderOptions::Dialect dialect) {
   const std::size_t flags = bytes.byte();
   cl::ReaderOptions options;
   options.dialect = dialect;
-  options.keep_arcs = (flags & 1U) != 0;
   options.mark_shapes = (flags & 2U) != 0;
   options.frames =
       (flags & 4U) != 0 ? cl::ReaderOptions::Frames::apply : cl::ReaderOptions::Frames::automatic;

@@ -32,9 +32,7 @@ struct ReaderOptions {
   /// control adds the wear of a register: CutterCompensation records.
   enum class CutterCompensation : std::uint8_t { refuse, tool_center, wear };
   CutterCompensation cutter_compensation = CutterCompensation::refuse;
-  /// false: every arc becomes straight motions that stay within `arc_tolerance_mm` of it. true: ArcMotion
-  /// records.
-  bool keep_arcs = false;
+  /// Every arc becomes straight motions that stay so near to it.
   double arc_tolerance_mm = 0.001;
   /// A ShapeBegin before the motions that stand for an arc or a hole.
   bool mark_shapes = false;

@@ -67,10 +67,6 @@ struct Arc {
   Angle sweep;
   Feed feed;
 };
-/// Arcs are rare and large: held outside, so that they do not make every record larger. Never null.
-struct ArcMotion {
-  std::shared_ptr<const Arc> arc;
-};
 
 /// A hole along the tool axis. Heights are above the point at which it begins.
 struct Hole {
@@ -206,7 +202,7 @@ struct End {};
 /// One thing that the file says. Motions come first in the variant: they are nearly all of a file.
 struct Record {
   SourceRef where;  // of the major word
-  std::variant<Motion, From, ArcMotion, Spindle, Coolant, ToolChange, ToolSelect, WorkOffset, ToolGeometry,
+  std::variant<Motion, From, Spindle, Coolant, ToolChange, ToolSelect, WorkOffset, ToolGeometry,
                CutterCompensation, Dwell, Stop, Text, OperationBegin, OperationEnd, Tolerance, Frame,
                PostWord, ShapeBegin, End>
       data;
