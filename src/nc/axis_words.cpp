@@ -1,7 +1,5 @@
 #include "trunnion/nc/axis_words.hpp"
 
-#include <algorithm>
-
 #include "nc/digits.hpp"
 
 namespace trunnion::nc {
@@ -24,10 +22,6 @@ AxisFormat::AxisFormat(int linear_decimals, int rotary_decimals)
 
 std::int64_t AxisFormat::turn() const {
   return quanta(AxisLetter::C, kTwoPi);
-}
-
-AxisFormat AxisFormat::finer(int extra) const {
-  return {std::min(linear_decimals_ + extra, kMaxDecimals), std::min(rotary_decimals_ + extra, kMaxDecimals)};
 }
 
 bool AxisWords::operator==(const AxisWords& other) const {

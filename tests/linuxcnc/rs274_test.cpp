@@ -376,10 +376,9 @@ TEST(Rs274, AgreesOnTheImpellerThatLinuxCncShips) {
     }
     plain += line + "\n";
   }
-  const auto controller = test::shipped_controller("linuxcnc");
-  nc::ReaderOptions options;
-  options.format = controller.numbers.axes.finer(4);
-  auto ours = motions_of(test::nc_blocks(controller, plain, options));
+  auto controller = test::shipped_controller("linuxcnc");
+  controller.numbers.axes = nc::AxisFormat(8, 8);
+  auto ours = motions_of(test::nc_blocks(controller, plain));
   const auto theirs = interpret(plain);
   ASSERT_EQ(theirs.exit_code, 0) << theirs.messages;
   ASSERT_EQ(ours.size(), theirs.motions.size());

@@ -140,10 +140,9 @@ TEST(Reader, GivesBackRawLinesItIsToldOf) {
 }
 
 TEST(Reader, ReadsMoreDecimalsWhenAsked) {
-  const auto controller = test::shipped_controller("linuxcnc");
-  nc::ReaderOptions options;
-  options.format = controller.numbers.axes.finer(3);
-  const auto blocks = test::nc_blocks(controller, "G0 X1.2345678 C-0.5\nM2", options);
+  auto controller = test::shipped_controller("linuxcnc");
+  controller.numbers.axes = nc::AxisFormat(7, 7);
+  const auto blocks = test::nc_blocks(controller, "G0 X1.2345678 C-0.5\nM2");
   EXPECT_EQ(to_text(blocks[1]), "rapid X 12345678 C -5000000");
 }
 

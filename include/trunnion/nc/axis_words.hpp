@@ -73,9 +73,6 @@ class AxisFormat {
   double quantum(AxisLetter letter) const { return internal(letter, 1); }
   /// Quanta of one turn of a rotary axis.
   std::int64_t turn() const;
-  /// The same format with `extra` more decimals (at most 9): for reading programs of others, who may write
-  /// more digits.
-  AxisFormat finer(int extra) const;
   bool operator==(const AxisFormat&) const = default;
 
  private:

@@ -15,9 +15,6 @@
 namespace trunnion::nc {
 
 struct ReaderOptions {
-  /// Decimals of the quanta of the blocks that come out, at least the controller's (AxisFormat::finer). A
-  /// word with more is an error.
-  std::optional<AxisFormat> format;
   /// Lines (without block number) that come out as Raw instead of being understood.
   std::vector<std::string> raw_lines;
   /// The text is a whole program, as a control runs it from its first line: what no word has said is not

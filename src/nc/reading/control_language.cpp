@@ -5,7 +5,7 @@
 namespace trunnion::nc {
 
 ControlLanguage::ControlLanguage(const Controller& c, const ReaderOptions& options, Diagnostics& diagnostics)
-    : format(options.format.value_or(c.numbers.axes)),
+    : format(c.numbers.axes),
       turn(format.turn()),
       patterns(compile_patterns(c, diagnostics)),
       scanner(c, patterns, options.others) {
