@@ -86,9 +86,6 @@ class Certifier {
   Bows bows_from_norms(const Station& a, const Station& b) const;
   /// Of the tip from the exact second and third derivative in the middle and a bound on the fourth.
   double bow_from_cubic(const Station& a, const Station& b) const;
-  /// Largest distance from the reference: of the parabola through the ends and the middle, and a bound on
-  /// the third derivative from norms, mm.
-  double distance_from_parabola(const Station& a, const Station& b, const Reference& reference) const;
 
   const TableKinematics& kinematics() const { return kinematics_; }
 

@@ -286,13 +286,6 @@ double Certifier::bow_from_cubic(const Station& a, const Station& b) const {
   return cubic_bow(kinematics_, a, b) + tip_rounding(kinematics_, a, b);
 }
 
-double Certifier::distance_from_parabola(const Station& a, const Station& b,
-                                         const Reference& reference) const {
-  const ParabolaForm parabola(reference, a, b, middle_tip(kinematics_, a, b));
-  return parabola.largest() + beyond_parabola(piece_norms(kinematics_, a, b).M3()) +
-         tip_rounding(kinematics_, a, b);
-}
-
 Within Certifier::tip_within(const Station& a, const Station& b, const Reference& reference,
                              double tolerance_mm) const {
   const double rounding = tip_rounding(kinematics_, a, b);
