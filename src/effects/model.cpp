@@ -76,10 +76,6 @@ ModelEffect model_effect(std::shared_ptr<const Effect> effect) {
   return out;
 }
 
-bool Model::has_memory() const {
-  return !lag_requests(*this).empty();
-}
-
 Model filtered(const Model& model, const std::function<bool(const EffectInfo&)>& keep) {
   Model out = model;
   std::erase_if(out.effects, [&](const ModelEffect& e) { return !keep(e.effect->info()); });

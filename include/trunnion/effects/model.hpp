@@ -63,8 +63,6 @@ struct Model {
   MeasuredRanges valid;           // where the readings were that its numbers are from; empty: not said
   EffectContext context;          // sensors and runs that the indices in its effects count
   std::vector<std::string> axes;  // names of the machine's, for messages
-
-  bool has_memory() const;
 };
 
 /// Reads a model for this machine. `context` holds the sensors and runs of the data (empty for none); those
