@@ -52,7 +52,6 @@ class Reader::Impl {
     feed = context.modal.feed;
     return good;
   }
-  std::size_t line_count() const { return scanner_.line_count(); }
   const std::optional<Error>& read_failure() const { return scanner_.read_failure(); }
 
   Context context;
@@ -111,12 +110,6 @@ const std::optional<Error>& Reader::read_failure() const {
 const Resolution& Reader::resolution() const {
   return impl_->context.resolution();
 }
-std::size_t Reader::motion_count() const {
-  return impl_->context.motion_count();
-}
-std::size_t Reader::line_count() const {
-  return impl_->line_count();
-}
 
 namespace {
 
@@ -129,7 +122,6 @@ Result<Program> collect(std::unique_ptr<TextSource> source, const std::string& f
   Record record;
   while (reader.next(record)) program.records.push_back(std::move(record));
   program.resolution = reader.resolution();
-  program.motion_count = reader.motion_count();
   diagnostics.append(own);
   if (reader.read_failure()) return tl::unexpected<Error>(*reader.read_failure());
   if (own.has_errors()) return tl::unexpected<Error>(own.first_error());

@@ -97,8 +97,6 @@ class Reader final : public RecordSource {
   std::size_t next_cuts(std::span<PlainCut> cuts, Feed& feed) override;
   const std::optional<Error>& read_failure() const override;
   const Resolution& resolution() const override;
-  std::size_t motion_count() const;
-  std::size_t line_count() const;
 
  private:
   class Impl;
@@ -110,7 +108,6 @@ struct Program {
   std::string file;
   std::vector<Record> records;
   Resolution resolution;
-  std::size_t motion_count = 0;
 };
 
 /// All records of `text`. Fails with the first error (all of them are in `diagnostics`); a text without any
