@@ -7,7 +7,6 @@
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
-#include "trunnion/base/printable.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
 
@@ -169,22 +168,6 @@ Result<OffsetTable> load_offsets(const std::string& path, Diagnostics& diagnosti
   return parse_offsets(*text, path, diagnostics);
 }
 
-std::string offsets_text(const OffsetTable& table, const std::vector<std::string>& comments) {
-  std::string out;
-  for (const std::string& comment : comments) out.append("#").append(printable(comment, "\t")).append("\n");
-  const bool by_time = table.key == OffsetTable::Key::time;
-  out += by_time ? "time_s" : "operation";
-  out += ",dx_um,dy_um,dz_um,sigma_um,frame\n";
-  for (const Offset& row : table.rows) {
-    out += by_time ? shortest_text(row.time_s) : config::csv_field(row.operation);
-    // A nanometre is far below what any machine follows.
-    for (Eigen::Index i = 0; i < 3; ++i) out += "," + fixed_text(row.deviation_mm[i] / kMmPerUm, 3);
-    out += "," + fixed_text(row.sigma_mm / kMmPerUm, 3);
-    out += table.frame == OffsetFrame::part ? ",part\n" : ",machine\n";
-  }
-  return out;
-}
-
 Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
   if (!limits_.enabled) return Vec3::Zero();
   const Vec3 limit = Vec3::Constant(limits_.clamp_mm);
@@ -207,22 +190,6 @@ Vec3 OffsetFollower::follow(const Vec3& wanted_mm, double dt_s) {
     stood_s_[i] = 0.0;
   }
   return *applied_mm_;
-}
-
-ChainErrors chain_errors(const Vec3& deviation_mm, OffsetFrame frame) {
-  ChainErrors errors;
-  // X_PT = X_MP^-1 X_MT: moving the part by -d in its own axes is the same as moving the tool by d in them.
-  if (frame == OffsetFrame::machine) errors.spindle.trans_mm = deviation_mm;
-  if (frame == OffsetFrame::part) errors.part.trans_mm = -deviation_mm;
-  return errors;
-}
-
-Vec3 work_offset_shift(const Machine& machine, const JointVector& q, const Vec3& deviation_mm,
-                       OffsetFrame frame, bool tcp_control) {
-  const Mat3 R_MP = part_in_machine(machine, q).R;
-  const bool in_part = frame == OffsetFrame::part;
-  if (in_part == tcp_control) return -deviation_mm;
-  return tcp_control ? Vec3(-(R_MP.transpose() * deviation_mm)) : Vec3(-(R_MP * deviation_mm));
 }
 
 }  // namespace trunnion::thermal

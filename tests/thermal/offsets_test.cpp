@@ -4,8 +4,6 @@
 #include <limits>
 #include <random>
 
-#include "support/machines.hpp"
-
 namespace trunnion::thermal {
 namespace {
 
@@ -18,9 +16,6 @@ TEST(ThermalOffsets, InterpolatesOverTimeAndHoldsOutside) {
   EXPECT_NEAR(table->at_time(-5.0).x(), 0.0, 1e-15);
   EXPECT_NEAR(table->at_time(1e6).x(), 0.010, 1e-15);
   EXPECT_NEAR(table->at_time(50.0).z(), 0.001, 1e-15);
-  const auto again = parse_offsets(offsets_text(*table, {" note"}), "again.csv", diagnostics);
-  ASSERT_TRUE(again);
-  EXPECT_NEAR(again->at_time(25.0).x(), 0.0025, 1e-15);
 }
 
 TEST(ThermalOffsets, SaysWhereATableIsWrong) {
@@ -76,72 +71,6 @@ TEST(OffsetFollower, SwitchedOffIsZero) {
   OffsetFollower follower({.enabled = false});
   EXPECT_TRUE(follower.follow(Vec3(0.02, 0.03, 0.04), 1.0).isZero(0.0));
 }
-
-class OffsetsOn : public testing::TestWithParam<std::string> {};
-
-// The chain with the offset as an error deviates by the offset, in the frame that it names.
-TEST_P(OffsetsOn, AreDeviationsOfTheChain) {
-  const Machine machine = test::shipped_machine(GetParam());
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (int i = 0; i < 200; ++i) {
-    JointVector q;
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      q[id] = uniform(random) * (machine.axes[id].kind == AxisKind::rotary ? 1.0 : 100.0);
-    const Vec3 d(0.01 * uniform(random), 0.01 * uniform(random), 0.01 * uniform(random));
-    const Pose nominal = forward(machine, q);
-    const Mat3 R_MP = part_in_machine(machine, q).R;
-    const Vec3 in_machine =
-        R_MP *
-        (forward(machine, q, machine.tool_vector(), chain_errors(d, OffsetFrame::machine)).p - nominal.p);
-    const Vec3 in_part =
-        forward(machine, q, machine.tool_vector(), chain_errors(d, OffsetFrame::part)).p - nominal.p;
-    EXPECT_LT((in_machine - d).norm(), 1e-12);
-    EXPECT_LT((in_part - d).norm(), 1e-12);
-  }
-}
-
-// The frame trap: under TCP control the work offset turns with the table. What the control does with the
-// offset is modelled here on its own: with TCP it moves the program point in P, without it the axes in M.
-TEST_P(OffsetsOn, WorkOffsetsTakeTheDeviationOutAtAnyPose) {
-  const Machine machine = test::shipped_machine(GetParam());
-  std::mt19937_64 random(4);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  double worst_mm = 0.0;
-  double worst_in_the_trap_mm = 0.0;
-  for (int i = 0; i < 200; ++i) {
-    JointVector q;
-    for (AxisId id = 0; id < machine.axes.size(); ++id)
-      q[id] = uniform(random) * (machine.axes[id].kind == AxisKind::rotary ? 1.0 : 100.0);
-    const Vec3 d(0.02 * uniform(random), 0.02 * uniform(random), 0.02 * uniform(random));
-    const Vec3 wanted_P = forward(machine, q).p;
-    for (const OffsetFrame frame : {OffsetFrame::machine, OffsetFrame::part}) {
-      for (const bool tcp : {true, false}) {
-        const Vec3 shift = work_offset_shift(machine, q, d, frame, tcp);
-        // The control's new axis positions: with TCP for the shifted program point, else the words plus the
-        // offset.
-        const Vec3 moved_P = tcp ? Vec3(wanted_P + shift)
-                                 : Vec3(part_in_machine(machine, q).inverse() *
-                                        (part_in_machine(machine, q) * wanted_P + shift));
-        JointVector moved = q;
-        solve_linear(machine, moved_P, machine.tool_vector(), moved);
-        const Vec3 actual_P = forward(machine, moved, machine.tool_vector(), chain_errors(d, frame)).p;
-        worst_mm = std::max(worst_mm, (actual_P - wanted_P).norm());
-      }
-    }
-    // -d as a work offset under TCP control: what the paper's system would send.
-    JointVector trapped = q;
-    solve_linear(machine, wanted_P - d, machine.tool_vector(), trapped);
-    const Vec3 left =
-        forward(machine, trapped, machine.tool_vector(), chain_errors(d, OffsetFrame::machine)).p - wanted_P;
-    worst_in_the_trap_mm = std::max(worst_in_the_trap_mm, left.norm());
-  }
-  EXPECT_LT(worst_mm, 1e-9);
-  EXPECT_GT(worst_in_the_trap_mm, 0.01);
-}
-
-INSTANTIATE_TEST_SUITE_P(ShippedMachines, OffsetsOn, testing::ValuesIn(test::shipped_machines()),
-                         [](const auto& machine) { return machine.param; });
 
 }  // namespace
 }  // namespace trunnion::thermal

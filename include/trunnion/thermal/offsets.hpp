@@ -45,8 +45,6 @@ struct OffsetTable {
 /// (`machine` or `part`, the same in all rows). Findings go to `diagnostics` with file:line:column.
 Result<OffsetTable> parse_offsets(std::string_view text, const std::string& file, Diagnostics& diagnostics);
 Result<OffsetTable> load_offsets(const std::string& path, Diagnostics& diagnostics);
-/// CSV text of the table in the same format; `comments` become lines that start with `#`.
-std::string offsets_text(const OffsetTable& table, const std::vector<std::string>& comments);
 
 /// What keeps a thermal correction harmless. Klipper, Siemens MD20392 and Heidenhain have the same ones.
 struct OffsetLimits {
@@ -77,16 +75,5 @@ class OffsetFollower {
   bool clamped_ = false;
   bool slew_limited_ = false;
 };
-
-/// The deviation as an error of the chain, for prediction, compensation and verification: frame machine as a
-/// translation of the spindle (exact while no axis of the tool side turns), frame part as one of the part.
-ChainErrors chain_errors(const Vec3& deviation_mm, OffsetFrame frame);
-
-/// Change of the work offset (G54 and the like, in the control's axes) that takes out the deviation at joint
-/// positions `q`. Without tool-centre-point control the control adds the offset to its axes: -d in M. With it
-/// (`tcp_control`) the offset is given in the part's axes and turns with the table: -(R_MP)^T d. A constant
-/// machine-frame deviation therefore needs a new offset for every pose under TCP control.
-Vec3 work_offset_shift(const Machine& machine, const JointVector& q, const Vec3& deviation_mm,
-                       OffsetFrame frame, bool tcp_control);
 
 }  // namespace trunnion::thermal
