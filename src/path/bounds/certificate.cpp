@@ -30,8 +30,7 @@ constexpr double kRemainderShare = 0.2;
 constexpr double kRemainderOfTolerance = 0.01;
 
 double axis_rounding(const TableKinematics& k, const Station& a, const Station& b) {
-  return path::axis_rounding(std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) +
-                             std::abs(k.angle(a.q, 1)) + std::abs(k.angle(b.q, 1)));
+  return path::axis_rounding(size_of_angles(k, a, b));
 }
 
 struct TipRole {
@@ -47,15 +46,6 @@ struct AxisRole {
     return axis_curve(k, a, b);
   }
   static const Vec3& place(const Station& s) { return s.axis_P; }
-};
-
-// What a search is to reach: every part below `tolerance` (a decision), or within `ratio` of the largest
-// sample.
-struct Goal {
-  double tolerance = kInfinity;
-  double ratio = 1.0;
-  double floor = 0.0;
-  bool decides() const { return tolerance < kInfinity; }
 };
 
 // Branch and bound over a piece: the curve is its chord plus a polynomial of degree 4 plus a proved
@@ -277,8 +267,7 @@ double Certifier::bow_from_norms(const Station& a, const Station& b) const {
 
 Certifier::Bows Certifier::bows_from_norms(const Station& a, const Station& b) const {
   const Lanes bow = tip_and_axis_norms(kinematics_, a, b).M2() / 8.0;
-  const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
-                        std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+  const double angles = size_of_angles(kinematics_, a, b);
   return {bow[0] + path::tip_rounding(a.size_mm + b.size_mm, angles), bow[1] + axis_rounding(angles)};
 }
 

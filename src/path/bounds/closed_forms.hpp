@@ -12,11 +12,24 @@ namespace trunnion::path {
 // Closed forms of the certificate, in the order of their cost (README of this layer, "The certificate"). All
 // bounds are proved for exact arithmetic; `rounding` covers the doubles.
 
+/// What a search is to reach: every part below `tolerance` (a decision), or within `ratio` of the largest
+/// sample. mm, or rad for the axis.
+struct Goal {
+  double tolerance = std::numeric_limits<double>::infinity();
+  double ratio = 1.0;
+  double floor = 0.0;
+  bool decides() const { return tolerance < std::numeric_limits<double>::infinity(); }
+};
+
+/// How large the rotary angles at both ends of a piece are together, rad: roundings grow with them.
+inline double size_of_angles(const TableKinematics& k, const Station& a, const Station& b) {
+  return std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) + std::abs(k.angle(a.q, 1)) +
+         std::abs(k.angle(b.q, 1));
+}
+
 /// Rounding of the distances of the tip on a piece, mm.
 inline double tip_rounding(const TableKinematics& k, const Station& a, const Station& b) {
-  const double angles = std::abs(k.angle(a.q, 0)) + std::abs(k.angle(b.q, 0)) + std::abs(k.angle(a.q, 1)) +
-                        std::abs(k.angle(b.q, 1));
-  return tip_rounding(a.size_mm + b.size_mm, angles);
+  return tip_rounding(a.size_mm + b.size_mm, size_of_angles(k, a, b));
 }
 
 /// AxisMotion of the piece between two stations.

@@ -106,22 +106,13 @@ double FluteSegment::nearest(const Vec3& tip_P, const Vec3& axis_at, double near
 
 namespace {
 
-// What a search is to reach: every part below `tolerance` (a decision), or within `ratio` of the largest
-// sample.
-struct FluteGoal {
-  double tolerance = kUnlimited;
-  double ratio = 1.0;
-  double floor = 0.0;
-  bool decides() const { return tolerance < kUnlimited; }
-};
-
 // The places of the path run as a parabola t(s) through those that are nearest at the ends and in the middle
 // of a piece. Tip and flute end less theirs are then parabolas too, but for the third derivatives: of the
 // machine's motion, and of the arc along t(s).
 class FluteSearch {
  public:
   FluteSearch(const TableKinematics& kinematics, FluteCertifier::Tip tip, const FluteSegment& segment,
-              const FluteGoal& goal)
+              const Goal& goal)
       : kinematics_(kinematics),
         segment_(segment),
         goal_(goal),
@@ -213,8 +204,7 @@ class FluteSearch {
   }
 
   double rounding_of(const Station& a, const Station& b) const {
-    const double angles = std::abs(kinematics_.angle(a.q, 0)) + std::abs(kinematics_.angle(b.q, 0)) +
-                          std::abs(kinematics_.angle(a.q, 1)) + std::abs(kinematics_.angle(b.q, 1));
+    const double angles = size_of_angles(kinematics_, a, b);
     return path::tip_rounding(a.size_mm + b.size_mm, angles) +
            segment_.flute_mm() * path::axis_rounding(angles);
   }
@@ -271,7 +261,7 @@ class FluteSearch {
 
   const TableKinematics& kinematics_;
   const FluteSegment& segment_;
-  FluteGoal goal_;
+  Goal goal_;
   bool straight_;
   std::optional<Part> whole_;  // between the stations that are asked about
   double lower_ = 0.0;
@@ -284,7 +274,7 @@ class FluteSearch {
 Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteSegment& segment, double ratio,
                                 double floor_mm) const {
   if (!segment.has_arc()) return {0.0, kUnlimited};
-  FluteSearch of(kinematics_, tip_, segment, FluteGoal{kUnlimited, ratio, floor_mm});
+  FluteSearch of(kinematics_, tip_, segment, Goal{kUnlimited, ratio, floor_mm});
   of.all(a, b, {0.0, 1.0});
   return of.result();
 }
@@ -292,7 +282,7 @@ Bound FluteCertifier::deviation(const Station& a, const Station& b, const FluteS
 Within FluteCertifier::within(const Station& a, const Station& b, const FluteSegment& segment,
                               double tolerance_mm, const Places& about) const {
   if (!segment.has_arc()) return Within::unknown;
-  FluteSearch of(kinematics_, tip_, segment, FluteGoal{tolerance_mm, 1.0, 0.0});
+  FluteSearch of(kinematics_, tip_, segment, Goal{tolerance_mm, 1.0, 0.0});
   if (of.settled_at(a, b, about)) return Within::yes;
   of.all(a, b, about);
   return of.verdict();
