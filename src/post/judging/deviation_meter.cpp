@@ -340,12 +340,8 @@ void DeviationMeter::between_stops(const Stop& from, const Stop& to, const Cours
       tip_interval(from.actual, to.actual, reference, slack.tip_mm, uninteresting.tip_mm.upper);
   const Interval axis =
       axis_interval(from.actual, to.actual, reference, slack.axis_rad, uninteresting.axis_rad.upper);
-  const auto take = [](Interval& largest, const Interval& part) {
-    largest.lower = std::max(largest.lower, part.lower);
-    largest.upper = std::max(largest.upper, part.upper);
-  };
-  take(sum.tip_mm, tip);
-  take(sum.axis_rad, axis);
+  take(sum.tip_mm, tip.lower, tip.upper);
+  take(sum.axis_rad, axis.lower, axis.upper);
 }
 
 std::optional<path::Certifier::Bows> DeviationMeter::bow_at_most(const Vertex& from, const Vertex& to,
