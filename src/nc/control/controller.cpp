@@ -133,7 +133,7 @@ void read_motion(Section& root, Controller& c) {
     read_into(s, "per_minute_needs", c.feed.per_minute_needs);
     if (auto v = s.find_number("max_inverse_time")) c.feed.max_inverse_time = *v;
     if (auto v = s.find_quantity("min_linear_rate_mm_min")) c.feed.min_linear_rate_mm_s = *v;
-    c.feed.looks_ahead = s.flag_or("looks_ahead", c.feed.looks_ahead);
+    read_into(s, "looks_ahead", c.feed.looks_ahead);
   });
   in_section(root, "incremental", [&](Section& s) {
     using P = Placeholder;
@@ -148,8 +148,8 @@ void read_motion(Section& root, Controller& c) {
     }
   });
   in_section(root, "rotary", [&](Section& s) {
-    c.rotary.shorter_way = s.find_text("shorter_way").value_or(c.rotary.shorter_way);
-    c.rotary.straight_way = s.find_text("straight_way").value_or(c.rotary.straight_way);
+    read_into(s, "shorter_way", c.rotary.shorter_way);
+    read_into(s, "straight_way", c.rotary.straight_way);
     read_modulo_word(s, c);
     const auto axes = s.find_texts("modulo_axes");
     if (!axes) return;
@@ -362,7 +362,7 @@ void read_modes(Section& root, Controller& c) {
   in_section(root, "input", [&](Section& s) {
     read_template(s, "inch", {}, c.input.inch);
     read_template(s, "millimetre", {}, c.input.millimetre);
-    c.input.unit_keeps_speed = s.flag_or("unit_keeps_speed", c.input.unit_keeps_speed);
+    read_into(s, "unit_keeps_speed", c.input.unit_keeps_speed);
     read_template(s, "planes", {}, c.input.planes);
     if (!c.input.planes.empty() && c.input.planes.size() != 3)
       s.error("planes", "'planes' are three words, of X Y, of Z X and of Y Z, or none");
@@ -379,51 +379,50 @@ void read_modes(Section& root, Controller& c) {
     }
     read_into(s, "dwell_without_point_ms", c.input.lines.dwell_without_point_ms);
     read_template(s, "dwell", {Placeholder::seconds, Placeholder::milliseconds}, c.input.lines.dwell);
-    c.input.clockwise = s.find_text("clockwise").value_or(c.input.clockwise);
-    c.input.counterclockwise = s.find_text("counterclockwise").value_or(c.input.counterclockwise);
-    c.input.arc_radius = s.flag_or("arc_radius", c.input.arc_radius);
-    c.input.centers_absolute = s.find_text("centers_absolute").value_or(c.input.centers_absolute);
-    c.input.centers_from_start = s.find_text("centers_from_start").value_or(c.input.centers_from_start);
-    c.input.machine_position = s.find_text("machine_position").value_or(c.input.machine_position);
-    const auto text = [&](const char* key, std::string& out) { out = s.find_text(key).value_or(out); };
-    text("per_revolution", c.input.places.per_revolution);
-    text("radius_name", c.input.places.radius_name);
-    text("absolute_value", c.input.places.absolute_value);
-    text("increment_value", c.input.places.increment_value);
-    text("increment_prefix", c.input.places.increment_prefix);
-    text("shift", c.input.places.shift);
-    text("set_position", c.input.places.set_position);
+    read_into(s, "clockwise", c.input.clockwise);
+    read_into(s, "counterclockwise", c.input.counterclockwise);
+    read_into(s, "arc_radius", c.input.arc_radius);
+    read_into(s, "centers_absolute", c.input.centers_absolute);
+    read_into(s, "centers_from_start", c.input.centers_from_start);
+    read_into(s, "machine_position", c.input.machine_position);
+    read_into(s, "per_revolution", c.input.places.per_revolution);
+    read_into(s, "radius_name", c.input.places.radius_name);
+    read_into(s, "absolute_value", c.input.places.absolute_value);
+    read_into(s, "increment_value", c.input.places.increment_value);
+    read_into(s, "increment_prefix", c.input.places.increment_prefix);
+    read_into(s, "shift", c.input.places.shift);
+    read_into(s, "set_position", c.input.places.set_position);
     read_template(s, "end_shift", {}, c.input.places.end_shift);
-    text("variables", c.input.flow.variables);
-    text("define", c.input.flow.define);
-    text("formula", c.input.flow.formula);
+    read_into(s, "variables", c.input.flow.variables);
+    read_into(s, "define", c.input.flow.define);
+    read_into(s, "formula", c.input.flow.formula);
     auto& own = c.input.flow.control_variables;
     own[0] = s.find_integer("first_control_variable").value_or(own[0]);
     own[1] = s.find_integer("last_control_variable").value_or(own[1]);
-    c.input.flow.o_words = s.flag_or("o_words", c.input.flow.o_words);
-    text("call", c.input.flow.call);
-    text("call_line", c.input.flow.call_line);
-    text("end_call", c.input.flow.end_call);
+    read_into(s, "o_words", c.input.flow.o_words);
+    read_into(s, "call", c.input.flow.call);
+    read_into(s, "call_line", c.input.flow.call_line);
+    read_into(s, "end_call", c.input.flow.end_call);
     c.input.flow.largest_program = s.find_integer("largest_program").value_or(c.input.flow.largest_program);
-    text("label", c.input.flow.label);
-    text("call_label", c.input.flow.call_label);
-    text("repeats", c.input.flow.repeats);
-    text("call_cycle", c.input.flow.holes.call);
-    text("call_cycle_word", c.input.flow.holes.call_word);
-    text("modal_call", c.input.flow.holes.modal_call);
-    text("zero_follows", c.input.places.zero_follows);
-    text("zero_stays", c.input.places.zero_stays);
-    text("datum_shift", c.input.places.datum_shift);
-    text("more_turns", c.input.places.more_turns);
-    text("pole", c.input.pole.set);
-    text("circle_about_pole", c.input.pole.about);
-    text("circle_by_radius", c.input.pole.by_radius);
-    text("polar_circle", c.input.pole.circle);
-    text("polar_line", c.input.pole.line);
-    text("circle_clockwise", c.input.pole.clockwise);
-    text("circle_counterclockwise", c.input.pole.counterclockwise);
-    text("turn", c.input.places.turn);
-    text("end_turn", c.input.places.end_turn);
+    read_into(s, "label", c.input.flow.label);
+    read_into(s, "call_label", c.input.flow.call_label);
+    read_into(s, "repeats", c.input.flow.repeats);
+    read_into(s, "call_cycle", c.input.flow.holes.call);
+    read_into(s, "call_cycle_word", c.input.flow.holes.call_word);
+    read_into(s, "modal_call", c.input.flow.holes.modal_call);
+    read_into(s, "zero_follows", c.input.places.zero_follows);
+    read_into(s, "zero_stays", c.input.places.zero_stays);
+    read_into(s, "datum_shift", c.input.places.datum_shift);
+    read_into(s, "more_turns", c.input.places.more_turns);
+    read_into(s, "pole", c.input.pole.set);
+    read_into(s, "circle_about_pole", c.input.pole.about);
+    read_into(s, "circle_by_radius", c.input.pole.by_radius);
+    read_into(s, "polar_circle", c.input.pole.circle);
+    read_into(s, "polar_line", c.input.pole.line);
+    read_into(s, "circle_clockwise", c.input.pole.clockwise);
+    read_into(s, "circle_counterclockwise", c.input.pole.counterclockwise);
+    read_into(s, "turn", c.input.places.turn);
+    read_into(s, "end_turn", c.input.places.end_turn);
     read_template(s, "frames", {}, c.input.places.frames);
     if (!c.input.places.frames.empty() && c.input.places.frames.size() != 4)
       s.error("frames",
