@@ -8,8 +8,7 @@ namespace trunnion::nc {
 // At the ends of a program only.
 void EventReader::run_tape(const FoundEvent& found) {
   if (!s_.program.frame || s_.program.ended || !s_.program.said_anything) return;
-  s_.error(std::max(found.column, 1U),
-           "the program ends here for the control, which does not run what stands behind it");
+  s_.error(found, "the program ends here for the control, which does not run what stands behind it");
 }
 
 void EventReader::keep_captures(const FoundEvent& found) {
@@ -31,8 +30,7 @@ void EventReader::run(const FoundEvent& found) {
     s_.change_speed(found.captures[Placeholder::rpm]);
   if (found.event.kind == EventKind::plane_off) s_.program.plane_since = 0;
   if (found.event.kind == EventKind::tape && s_.language.others)
-    return s_.error(std::max(found.column, 1U),
-                    "words in the line of '%', at which the control begins or stops reading");
+    return s_.error(found, "words in the line of '%', at which the control begins or stops reading");
   if (found.event.kind == EventKind::tape) return run_tape(found);
   if (found.event.kind != EventKind::program_start) s_.program.said_anything = true;
   switch (found.event.kind) {
@@ -119,7 +117,7 @@ void EventReader::run(const FoundEvent& found) {
 
 void EventReader::run_program_start(const FoundEvent& found) {
   if ((s_.program.frame || s_.language.others) && (s_.program.said_anything || s_.modal.position.mask != 0))
-    return s_.error(std::max(found.column, 1U), "another program begins here");
+    return s_.error(found, "another program begins here");
   if (s_.program.started) return;
   ProgramStart start;
   start.name = found.captures.name;
@@ -153,17 +151,15 @@ void EventReader::run_clamp(int argument) {
 // What the control wants to be ended before.
 bool EventReader::forbids_tcp(const FoundEvent& found, const char* what, bool wants_it_off) {
   if (!s_.modal.tcp || !wants_it_off) return false;
-  s_.error(std::max(found.column, 1U), std::string(what) +
-                                           " under tool-centre-point control: end that first" +
-                                           (s_.c.tcp.off.empty() ? "" : " ('" + s_.c.tcp.off.back() + "')"));
+  s_.error(found, std::string(what) + " under tool-centre-point control: end that first" +
+                      (s_.c.tcp.off.empty() ? "" : " ('" + s_.c.tcp.off.back() + "')"));
   return true;
 }
 
 void EventReader::run_program_end(const FoundEvent& found) {
   if (s_.program.frame && s_.modal.plane)
-    s_.error(std::max(found.column, 1U),
-             "the program ends in a tilted plane: end that first" +
-                 (s_.c.tilted_plane.off.empty() ? "" : " ('" + s_.c.tilted_plane.off.back() + "')"));
+    s_.error(found, "the program ends in a tilted plane: end that first" +
+                        (s_.c.tilted_plane.off.empty() ? "" : " ('" + s_.c.tilted_plane.off.back() + "')"));
   if (s_.program.frame) forbids_tcp(found, "the end of the program", s_.c.tcp.off_for_tool_change);
   s_.program.ended = true;
   s_.emit(ProgramEnd{});
@@ -225,22 +221,21 @@ void EventReader::run_work_offset(std::int64_t index) {
 
 void EventReader::run_offset_shift(const FoundEvent& found) {
   if (s_.language.others && s_.language.others->in_increments())
-    return s_.error(std::max(found.column, 1U), "an offset that is set under '" + s_.c.incremental.on +
-                                                    "': controls differ in whether it is added");
+    return s_.error(found, "an offset that is set under '" + s_.c.incremental.on +
+                               "': controls differ in whether it is added");
   OffsetShift now;
   now.kind = static_cast<OffsetShift::Kind>(found.event.argument);
   if (now.kind == OffsetShift::Kind::add && s_.language.others && !s_.language.others->frame().is_idle())
-    return s_.error(std::max(found.column, 1U),
-                    "a shift, and another one of the program's own is in force: end that first");
+    return s_.error(found, "a shift, and another one of the program's own is in force: end that first");
   if (now.kind == OffsetShift::Kind::set) now.index = s_.whole(found, Placeholder::index, 1);
   if (now.kind == OffsetShift::Kind::set && s_.c.offset_shift.last_set > 0 &&
       now.index > s_.c.offset_shift.last_set)
-    return s_.error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
-                                                    " is set: these words set the first " +
-                                                    std::to_string(s_.c.offset_shift.last_set));
+    return s_.error(found, "an offset of number " + std::to_string(now.index) +
+                               " is set: these words set the first " +
+                               std::to_string(s_.c.offset_shift.last_set));
   if (now.kind == OffsetShift::Kind::set && s_.language.others && now.index < 1)
-    return s_.error(std::max(found.column, 1U), "an offset of number " + std::to_string(now.index) +
-                                                    " is set: what it counts for differs between controls");
+    return s_.error(found, "an offset of number " + std::to_string(now.index) +
+                               " is set: what it counts for differs between controls");
   for (std::size_t i = 0; i < 3; ++i)
     now.offset[i] = s_.scaled(found, kPlaceXyz[i], s_.language.format.decimals(AxisLetter::X));
   if (s_.language.others) s_.language.others->forget_pole();
@@ -310,12 +305,10 @@ void EventReader::run_plane(const FoundEvent& found) {
   // Its words may stand in a line of their own.
   if (std::exchange(s_.program.plane_since, 0) == 0 && s_.language.others &&
       !found.captures.has(Placeholder::a))
-    return s_.error(std::max(found.column, 1U),
-                    "'" + s_.c.tilted_plane.on.back() + "', and no tilted plane is said");
+    return s_.error(found, "'" + s_.c.tilted_plane.on.back() + "', and no tilted plane is said");
   const bool counts_from_shift = s_.language.others && !s_.c.input.places.datum_shift.empty();
   if (s_.language.others && !counts_from_shift && !s_.language.others->frame().is_idle())
-    return s_.error(std::max(found.column, 1U),
-                    "a tilted plane, and the program's own shift or turn is in force: end that first");
+    return s_.error(found, "a tilted plane, and the program's own shift or turn is in force: end that first");
   TiltedPlane now;
   now.on = true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -327,7 +320,7 @@ void EventReader::run_plane(const FoundEvent& found) {
   const std::int64_t direction = s_.whole(found, Placeholder::direction, 1);
   if (s_.language.others && direction == 0)
     return s_.error(
-        std::max(found.column, 1U),
+        found,
         "a tilted plane that leaves the rotary axes where they are (direction 0): where they stand to "
         "it is not said");
   now.direction = direction < 0 ? -1 : 1;
@@ -340,7 +333,7 @@ void EventReader::check_origin(const FoundEvent& found) {
   if (!s_.program.frame || s_.c.tilted_plane.off.size() < 2) return;
   for (const Placeholder p : {Placeholder::x, Placeholder::y, Placeholder::z}) {
     if (s_.kept.has(p) && s_.kept[p].mantissa != 0)
-      return s_.error(std::max(found.column, 1U), "the tilted plane ends and its shift of the origin stays");
+      return s_.error(found, "the tilted plane ends and its shift of the origin stays");
   }
 }
 

@@ -534,7 +534,7 @@ bool LineReader::contradict(const std::vector<FoundEvent>& events) {
     for (std::size_t j = 0; j < i; ++j) {
       if (!exclude(events[j].event, events[i].event, s_.c)) continue;
       const FoundEvent& later = events[j].column > events[i].column ? events[j] : events[i];
-      s_.error(std::max(later.column, 1U), "'" + later.pattern->origin + kOtherOfGroup);
+      s_.error(later, "'" + later.pattern->origin + kOtherOfGroup);
       return true;
     }
   }
@@ -591,7 +591,7 @@ bool LineReader::may_start_late(const FoundEvent& found, const LineMotion& m, bo
   if (turns_so || s_.language.others || s_.c.line.m_words_before_motion || !cuts ||
       found.event.kind != EventKind::spindle || found.event.argument == static_cast<int>(SpindleTurn::off))
     return false;
-  s_.error(std::max(found.column, 1U),
+  s_.error(found,
            "the spindle is started in the block of a cut: some controls do so when the block is done, and "
            "the tool stands in the cut. Start it in a block before");
   return true;
@@ -623,9 +623,9 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
     }
     const bool is_shape = is_shape_of(kind);
     if (is_shape && m.rapid && (kind == EventKind::arc || !s_.language.others))
-      return s_.error(std::max(found.column, 1U),
+      return s_.error(found,
                       "'" + s_.c.motion.rapid_suffix + "' in a block that cuts: it would run at rapid rate");
-    if (is_shape && m.named) return s_.error(std::max(found.column, 1U), "two motion words in one block");
+    if (is_shape && m.named) return s_.error(found, "two motion words in one block");
     if (is_shape) take_modes(m);
     events_.run(found);
   }

@@ -166,7 +166,7 @@ bool ReadState::waits_for_plane() {
 void ReadState::note_pattern(const FoundEvent& found) {
   if (!program.frame) return;
   const std::string message = program.frame->take(*found.pattern, findings.line);
-  if (!message.empty()) error(std::max(found.column, 1U), message);
+  if (!message.empty()) error(found, message);
 }
 
 bool ReadState::may_move(std::uint32_t column) {

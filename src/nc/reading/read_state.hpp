@@ -72,6 +72,9 @@ struct ReadState {
   ProgramPlace program;
 
   void error(std::uint32_t column, const std::string& message) { findings.error(column, message); }
+  void error(const FoundEvent& found, const std::string& message) {
+    error(std::max(found.column, 1U), message);
+  }
   void emit(const Block& block);
 
   // Values of the placeholders of a template, in this line or kept from one before.
