@@ -1,11 +1,11 @@
 // The ini of an open control, as far as it describes a machine.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <vector>
 
+#include "trunnion/base/field_text.hpp"
 #include "trunnion/base/files.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -18,12 +18,6 @@ struct Entry {
   std::string section, key, value;
   std::uint32_t line = 0;
 };
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())) != 0) text.remove_prefix(1);
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.remove_suffix(1);
-  return text;
-}
 
 std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> out;
