@@ -15,6 +15,13 @@ inline std::size_t index_of(std::vector<std::string>& names, const std::string& 
   return names.size() - 1;
 }
 
+/// Without blanks and the carriage return at both ends.
+inline std::string_view trim(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
 /// The texts one behind the other, `between` before each but those that nothing stands in front of.
 inline std::string joined(const std::vector<std::string>& texts, std::string_view between) {
   std::string out;

@@ -2,17 +2,12 @@
 #include <map>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/diagnosis/iso230_lines.hpp"
 
 namespace trunnion::iso230 {
 namespace {
-
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
 
 // `REF_DATA_FWD[3,2]` -> name and indices (second one 0 when absent).
 struct Key {

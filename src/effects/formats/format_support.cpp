@@ -6,12 +6,6 @@
 namespace trunnion {
 namespace formats {
 
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
 std::vector<Line> lines_of(std::string_view text) {
   std::vector<Line> out;
   for (std::uint32_t number = 1; !text.empty(); ++number) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/base/texts.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/effects/control_tables.hpp"
 
@@ -16,7 +17,6 @@ struct Line {
   std::uint32_t number = 0;
 };
 std::vector<Line> lines_of(std::string_view text);
-std::string_view trim(std::string_view text);
 /// Words between any of `separators`.
 std::vector<std::string_view> words_of(std::string_view text, std::string_view separators = " \t,;");
 
