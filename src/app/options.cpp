@@ -212,11 +212,14 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_option("--choice", choice,
                "choice among the rotary solutions: global, combined, largest, sum or axis:NAME")
       ->capture_default_str();
-  c.add_option("--feed", feed,
-               "inverse time or per minute; as-programmed: F is not cut to what the axes reach where the "
-               "machine file says how fast they accelerate")
-      ->check(CLI::IsMember(
-          {"inverse", "per-minute", "as-programmed", "inverse,as-programmed", "per-minute,as-programmed"}))
+  c.add_option(
+       "--feed", feed,
+       "inverse time or per minute; as-programmed, alone or behind one of them (per-minute,as-programmed): "
+       "F is not cut to what the axes reach where the machine file says how fast they accelerate")
+      // Said with its words, not with all that can be made of them.
+      ->check(CLI::IsMember({"inverse", "per-minute", "as-programmed", "inverse,as-programmed",
+                             "per-minute,as-programmed"})
+                  .description("{inverse,per-minute,as-programmed}"))
       ->capture_default_str();
   c.add_option("--default-feed-mm-min", default_feed_mm_min, "feed of motions before any FEDRAT")
       ->check(above_zero())
