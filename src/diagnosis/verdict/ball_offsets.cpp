@@ -13,27 +13,30 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kLeast_mm = 0.05, kLeast_rad = 0.01 * kRadPerDegree;  // less is left to the effects
-constexpr double kSeen = 1e-3;  // of what the ball moves by for the offset that moves it most: less is none
-constexpr int kSteps = 30;
-constexpr double kSettled = 1e-9;          // mm, rad
+constexpr double kLeastOfZero_mm = 0.05,
+                 kLeastOfZero_rad = 0.01 * kRadPerDegree;  // less is left to the effects
+constexpr double kSeenByTheBall =
+    1e-3;  // of what the ball moves by for the offset that moves it most: less is none
+constexpr int kOffsetSteps = 30;
+constexpr double kOffsetSettled = 1e-9;    // mm, rad
 constexpr double kEquationsANumber = 4.0;  // poses that a few numbers would hold by chance prove nothing
 
 // Offsets of some axes, or of the tool's length, with sizes.
-class Offset {
+class ZeroOffset {
  public:
   // Without axes the tool's length.
-  Offset(const Machine& machine, const Dataset& data, std::vector<TurningRun> runs, std::vector<AxisId> axes)
+  ZeroOffset(const Machine& machine, const Dataset& data, std::vector<TurningRun> runs,
+             std::vector<AxisId> axes)
       : machine_(machine), data_(data), runs_(std::move(runs)), axes_(std::move(axes)) {}
 
   // By Newton's method; what the ball does not show stays zero.
   std::optional<VectorXd> from(const VectorXd& start) const {
     VectorXd by = start;
-    for (int step = 0; step < kSteps; ++step) {
-      const VectorXd change = LeastSquares(slope(by), kSeen).solve(wander(by));
+    for (int step = 0; step < kOffsetSteps; ++step) {
+      const VectorXd change = LeastSquares(slope(by), kSeenByTheBall).solve(wander(by));
       by -= change;
       if (!by.allFinite()) return {};
-      if (change.norm() < kSettled) break;
+      if (change.norm() < kOffsetSettled) break;
     }
     const VectorXd left = wander(by);
     for (Eigen::Index i = 0; i < left.size(); i += 3)
@@ -89,10 +92,10 @@ class Offset {
   std::vector<AxisId> axes_;
 };
 
-class Search {
+class OffsetSearch {
  public:
-  Search(const Machine& machine, const Dataset& data, std::vector<TurningRun> runs,
-         std::optional<std::size_t> run)
+  OffsetSearch(const Machine& machine, const Dataset& data, std::vector<TurningRun> runs,
+               std::optional<std::size_t> run)
       : machine_(machine), data_(data), runs_(std::move(runs)), run_(run) {}
 
   // Of one number before those of several.
@@ -105,7 +108,7 @@ class Search {
 
  private:
   std::optional<VectorXd> offset(std::vector<AxisId> axes, const std::vector<double>& starts) const {
-    const Offset offset(machine_, data_, runs_, std::move(axes));
+    const ZeroOffset offset(machine_, data_, runs_, std::move(axes));
     if (!offset.has_equations()) return {};
     for (const double start : starts)
       if (auto by = offset.from(VectorXd::Constant(offset.size(), start))) return by;
@@ -114,12 +117,12 @@ class Search {
   std::optional<Convention> rotary(AxisId axis) const {
     // A turn by less than half a quarter settles; a quarter and a half turn are the commonest mistakes.
     const auto by = offset({axis}, {0.0, 0.5 * kPi, -0.5 * kPi, kPi});
-    if (!by || std::abs((*by)[0]) < kLeast_rad) return {};
+    if (!by || std::abs((*by)[0]) < kLeastOfZero_rad) return {};
     return positions({axis}, {std::remainder((*by)[0], 2.0 * kPi)});
   }
   std::optional<Convention> tool_length() const {
     const auto by = offset({}, {0.0});
-    if (!by || std::abs((*by)[0]) < kLeast_mm) return {};
+    if (!by || std::abs((*by)[0]) < kLeastOfZero_mm) return {};
     Convention out;
     out.kind = ConventionKind::tool_length;
     out.run = run_;
@@ -135,7 +138,7 @@ class Search {
     std::vector<AxisId> moved;
     std::vector<double> values;
     for (std::size_t k = 0; k < axes.size(); ++k)
-      if (const double value = (*by)[static_cast<Eigen::Index>(k)]; std::abs(value) >= kLeast_mm) {
+      if (const double value = (*by)[static_cast<Eigen::Index>(k)]; std::abs(value) >= kLeastOfZero_mm) {
         moved.push_back(axes[k]);
         values.push_back(value);
       }
@@ -166,10 +169,10 @@ std::vector<Convention> offsets_that_hold_the_ball(const Machine& machine, const
   std::erase_if(wandering, [](const TurningRun& run) { return run.wanders_mm <= kBallWanders_mm; });
   if (wandering.empty()) return {};
   if (wandering.size() == all.size())
-    if (auto c = Search(machine, data, wandering, {}).found()) return {std::move(*c)};
+    if (auto c = OffsetSearch(machine, data, wandering, {}).found()) return {std::move(*c)};
   std::vector<Convention> out;
   for (const TurningRun& run : wandering)
-    if (auto c = Search(machine, data, {run}, run.run).found()) out.push_back(std::move(*c));
+    if (auto c = OffsetSearch(machine, data, {run}, run.run).found()) out.push_back(std::move(*c));
   return out;
 }
 
