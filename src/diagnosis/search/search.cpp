@@ -357,12 +357,20 @@ EffectSet Search::best() {
       expand(EffectSet(tried_[i]), kWide);
     }
   }
+  EffectSet out = least_of_tried();
+  // One step adds one effect, so two that stand for one are never reached.
+  for (EffectSet& set : with_pairs(out))
+    if (seen(set.members) == nullptr) tried_.push_back(std::move(set));
+  out = least_of_tried();
+  complete(out);
+  return out;
+}
+
+const EffectSet& Search::least_of_tried() const {
   const EffectSet* best = &tried_.front();
   for (const EffectSet& set : tried_)
     if (set.significant(alpha_) && set.criterion < best->criterion) best = &set;
-  EffectSet out = *best;
-  complete(out);
-  return out;
+  return *best;
 }
 
 // `found` with a member exchanged for an effect of which one parameter alone gives the signal that was found:
@@ -406,11 +414,28 @@ void Search::add_twins(const EffectSet& found, std::vector<EffectSet>& out) cons
   }
 }
 
-// `found` with a member of two columns exchanged for two effects of one parameter that span the same: two
-// squarenesses of Z with one length of tool are what an overhanging Z would be. That two effects are rarer
-// than one is in the price; where it is not enough, nobody can tell.
-void Search::add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const {
+// Members without whom the rest does better.
+EffectSet Search::without_needless(EffectSet set) const {
+  for (std::size_t k = 0; set.members.size() > 1 && k < set.members.size();) {
+    std::vector<Atom> fewer = set.members;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(k));
+    EffectSet smaller = evaluate(std::move(fewer));
+    if (smaller.criterion < set.criterion) {
+      set = std::move(smaller);
+      k = 0;
+    } else {
+      ++k;
+    }
+  }
+  return set;
+}
+
+// `found` with a member of two columns exchanged for two effects of one parameter that span the same beside
+// the others: two squarenesses of Z with one length of tool are what an overhanging Z is beside a tilted
+// spindle. What the others are no longer needed for goes.
+std::vector<EffectSet> Search::with_pairs(const EffectSet& found) const {
   constexpr double kIndependent = 0.9;
+  std::vector<EffectSet> out;
   for (const Atom& own : found.members) {
     std::vector<Atom> rest;
     for (const Atom& atom : found.members)
@@ -440,10 +465,20 @@ void Search::add_pairs(const EffectSet& found, std::vector<EffectSet>& out) cons
         std::vector<Atom> members = rest;
         members.push_back(*inside[a].first);
         members.push_back(*inside[b].first);
-        EffectSet set = evaluate(std::move(members));
-        if (set.criterion < found.criterion + kThousandToOne && set.significant(kRivalLevel))
-          out.push_back(std::move(set));
+        EffectSet set = without_needless(evaluate(std::move(members)));
+        if (set.significant(kRivalLevel)) out.push_back(std::move(set));
       }
+  }
+  return out;
+}
+
+// That two effects are rarer than one is in their price; where it is not enough, nobody can tell.
+void Search::add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const {
+  for (EffectSet& set : with_pairs(found)) {
+    const Families own = families(set.members);
+    const bool known = std::any_of(out.begin(), out.end(),
+                                   [&](const EffectSet& other) { return families(other.members) == own; });
+    if (!known && set.criterion < found.criterion + kThousandToOne) out.push_back(std::move(set));
   }
 }
 

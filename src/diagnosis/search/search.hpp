@@ -66,6 +66,9 @@ class Search {
   EffectSet evaluate(std::vector<Atom> members) const;
   bool in_general(const Atom& larger, const Atom& smaller) const;
   void add_twins(const EffectSet& found, std::vector<EffectSet>& out) const;
+  const EffectSet& least_of_tried() const;
+  EffectSet without_needless(EffectSet set) const;
+  std::vector<EffectSet> with_pairs(const EffectSet& found) const;
   void add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const;
   void complete(EffectSet& set) const;
   bool rounding_matters(const Products& products) const;
