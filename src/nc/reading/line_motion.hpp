@@ -17,6 +17,7 @@ struct LineMotion {
   bool named = false;         // a motion word stands in the line
   bool absolute = false;      // coordinates are, from this line on
   bool is_resolved = false;   // OtherWords::resolve has been at its words
+  bool begins_shape = false;  // an arc, a cycle or a touch begins beside them
   bool changes_tool = false;  // a speed beside it is that of the new tool
 };
 

@@ -248,6 +248,7 @@ bool LineReader::wind(AxisLetter letter, const LineMotion& m, std::int64_t& valu
 
 void LineReader::run_motion(LineMotion& m) {
   take_modes(m);
+  if (s_.modal.cycle && !m.begins_shape && !shapes_.take_modes_under_cycle(m)) return;
   if (m.words.mask == 0) return;
   if (s_.language.others) {
     if (s_.waits_for_plane()) return;
@@ -260,7 +261,7 @@ void LineReader::run_motion(LineMotion& m) {
   if (!s_.may_move(m.column)) return;
   if (!s_.modal.tcp_known && s_.kinematics_unknown(m.column)) return;
   if (s_.modal.clamped != 0 && turns_clamped(m)) return;
-  if (s_.modal.cycle && shapes_.run_next_hole(m)) return;
+  if (s_.modal.cycle) return shapes_.run_next_hole(m);
   if (!s_.c.motion.modal && !m.named)
     return s_.error(m.column, "axis words without '" + s_.c.motion.linear + "'");
   if (!s_.modal.motion_kind)
@@ -605,6 +606,7 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
   };
   const bool shapes = std::any_of(events.begin(), events.end(),
                                   [&](const FoundEvent& e) { return is_shape_of(e.event.kind); });
+  m.begins_shape = shapes;
   for (const auto& found : events) {
     const auto kind = found.event.kind;
     if (acts_last(found, m)) {

@@ -69,6 +69,7 @@ void ShapeReader::run_arc_of_others(const FoundEvent& found, Arc arc) {
 
 void ShapeReader::run_arc(const FoundEvent& found) {
   s_.modal.motion_kind.reset();
+  s_.modal.cycle.reset();
   if (!shape_may_begin(found)) return;
   if (s_.language.others && s_.language.others->per_revolution()) s_.follow_spindle();
   if (s_.feed <= 0) return s_.error(found.column, "an arc without feed");
@@ -254,15 +255,24 @@ void ShapeReader::run_cycle(const FoundEvent& found) {
   if (s_.language.others && !s_.c.cycles.modal()) s_.modal.motion_kind = before;
 }
 
-bool ShapeReader::run_next_hole(const LineMotion& m) {
+// A motion word ends the cycle, with axis words beside it or not (G00, G01 and the cycles are one group on
+// Fanuc, Haas and LinuxCNC), and an F is that of the holes behind it.
+bool ShapeReader::take_modes_under_cycle(const LineMotion& m) {
   if (m.named) {
     s_.modal.cycle.reset();
+    return true;
+  }
+  if (!m.has_feed) return true;
+  if (s_.modal.cycle->kind == Hole::Kind::tap) {
+    s_.error(std::max(m.column, 1U), "another F under a tapping cycle: it stands with the cycle's own words");
     return false;
   }
-  const auto refuse = [&](const char* why) {
-    s_.error(m.column, why);
-    return true;
-  };
+  s_.modal.cycle->feed = s_.feed;
+  return true;
+}
+
+void ShapeReader::run_next_hole(const LineMotion& m) {
+  const auto refuse = [&](const char* why) { s_.error(m.column, why); };
   // A shift, an offset or a length since: which of them its heights count from, controls differ in.
   if ((s_.modal.position.mask & kXyz) != kXyz)
     return refuse("a drilling cycle goes on in other coordinates than those in which it began: say it anew");
@@ -278,18 +288,12 @@ bool ShapeReader::run_next_hole(const LineMotion& m) {
   if ((m.words.mask & ~kPlaneWords) != 0) {
     return refuse("under a drilling cycle X and Y may follow; all other words with the cycle's own");
   }
-  if (m.has_feed) {
-    if (s_.modal.cycle->kind == Hole::Kind::tap)
-      return refuse("another F under a tapping cycle: it stands with the cycle's own words");
-    s_.modal.cycle->feed = s_.feed;
-  }
   if (s_.language.others && s_.language.others->per_revolution() && s_.modal.cycle->kind != Hole::Kind::tap)
     s_.modal.cycle->feed = s_.feed;  // as the spindle turns now
   const auto place = [&](AxisLetter letter) {
     return m.words.has(letter) ? m.words[letter] : s_.modal.position[letter];
   };
   run_hole(place(AxisLetter::X), place(AxisLetter::Y), m.column);
-  return true;
 }
 
 void ShapeReader::run_probe(const FoundEvent& found) {

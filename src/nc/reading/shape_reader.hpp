@@ -11,8 +11,10 @@ class ShapeReader {
 
   void run_arc(const FoundEvent& found);
   void run_cycle(const FoundEvent& found);
-  /// Axis words without a word of their own under a cycle; false where they end it.
-  bool run_next_hole(const LineMotion& m);
+  /// Motion words and F of a line under a cycle; false: refused.
+  bool take_modes_under_cycle(const LineMotion& m);
+  /// Axis words without a word of their own under a cycle.
+  void run_next_hole(const LineMotion& m);
   void run_probe(const FoundEvent& found);
 
  private:
