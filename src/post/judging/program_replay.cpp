@@ -164,7 +164,7 @@ void ProgramReplay::take(const nc::TcpControl& control) {
 }
 
 void ProgramReplay::take(const nc::Spindle& spindle) {
-  if (spindle.rpm == 0) walk_.needs_height("the spindle stops", line());
+  walk_.spindle(spindle, line());
   hand_on(spindle);
 }
 
@@ -200,25 +200,27 @@ void ProgramReplay::take_partly(const nc::Motion& motion) {
   const bool says_z = (motion.words.mask & axis_words_.linear & z_word) != 0;
   // The tool stands along machine Z in the plane, so that Z of its words alone says how high.
   const bool z_of_plane = in_force_.plane && says_z && !in_force_.leaves_plane(motion.words);
-  const auto moved = static_cast<std::uint16_t>(motion.words.mask & axis_words_.linear);
-  if (in_part && (z_of_plane ? moved & ~z_word : moved) != 0)
-    walk_.sideways(in_force_.tcp && !in_force_.plane, motion.source.line);
+  // So do X and Y of its words say where those of the machine stand, whatever Z is.
+  const std::uint16_t xy = nc::AxisWords::bit(nc::AxisLetter::X) | nc::AxisWords::bit(nc::AxisLetter::Y);
+  const bool xy_of_plane =
+      in_force_.plane && !in_force_.leaves_plane(motion.words) && (motion.words.mask & xy) == xy;
+  auto moved = static_cast<std::uint16_t>(motion.words.mask & axis_words_.linear);
+  if (z_of_plane) moved = static_cast<std::uint16_t>(moved & ~z_word);
+  if (xy_of_plane) moved = static_cast<std::uint16_t>(moved & ~xy);
+  if (in_part && moved != 0) walk_.sideways(in_force_.tcp && !in_force_.plane, motion.source.line);
   if (in_part && says_z && !z_of_plane) walk_.loses_height();
   JointVector q = in_force_.joints_of(words);
   if (!in_force_.shift.is_idle()) q = in_force_.shift.joints(q, false);
-  if (const auto z = machine_.axis("Z"); z && z_of_plane) {
-    q[*z] = in_force_.end_at(words).q[*z];
-    known[*z] = true;
-  }
+  const auto take_of_plane = [&](const char* name, bool says) {
+    const auto axis = machine_.axis(name);
+    if (!axis || !says) return;
+    q[*axis] = in_force_.end_at(words).q[*axis];
+    known[*axis] = true;
+  };
+  take_of_plane("X", xy_of_plane);
+  take_of_plane("Y", xy_of_plane);
+  take_of_plane("Z", z_of_plane);
   walk_.partly(q, known, in_force_.tcp, motion.source.line);
-  const std::uint16_t xy = nc::AxisWords::bit(nc::AxisLetter::X) | nc::AxisWords::bit(nc::AxisLetter::Y);
-  if (in_force_.plane && !in_force_.leaves_plane(motion.words) && (motion.words.mask & xy) == xy) {
-    // So do X and Y of its words say where those of the machine stand, whatever Z is.
-    SafeWalk::Known across{};
-    for (const char* name : {"X", "Y"})
-      if (const auto axis = machine_.axis(name)) across[*axis] = true;
-    walk_.check_travel(in_force_.end_at(words).q, across, motion.source.line);
-  }
 }
 
 bool ProgramReplay::words_of_shape(const nc::AxisWords& words, SourceRef source, JointVector& out) {

@@ -80,6 +80,7 @@ void SafeWalk::forget(std::uint32_t nc_line) {
   if (!tool_is_named_ && moves_unnamed_ != 0)
     find(moves_unnamed_, "axes move before the first tool change: which tool is in the spindle is not known");
   tool_is_named_ = true;
+  turn_ = nc::SpindleTurn::off;
   walks_ = true;
   partly_since_ = true;
   known_ = {};
@@ -135,6 +136,7 @@ void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_foll
     if (!known[id]) continue;
     q_[id] = q[id];
     known_[id] = true;
+    free_[id] = false;
   }
   if (comes_down && !at_height(side_slack_mm_))
     find(nc_line, "the tool comes down where not all axes are known to stand: " + height_text());
@@ -213,6 +215,19 @@ void SafeWalk::changes_length(std::uint32_t nc_line) {
          "the length of the tool is said or ended below the safe height, where the control may move Z by it "
          "at once ([length] moves_at_once): " +
              height_text());
+}
+
+void SafeWalk::spindle(const nc::Spindle& spindle, std::uint32_t nc_line) {
+  const bool stops = spindle.rpm == 0;
+  if (stops) needs_height("the spindle stops", nc_line);
+  if (!stops && turn_ != nc::SpindleTurn::off && spindle.turn != nc::SpindleTurn::off &&
+      spindle.turn != turn_)
+    needs_height("the spindle turns the other way round", nc_line);
+  turn_ = stops ? nc::SpindleTurn::off : spindle.turn;
+  if (const double fastest = machine_.spindle_max_rpm;
+      fastest > 0.0 && static_cast<double>(spindle.rpm) > fastest)
+    find(nc_line, "the spindle is told to turn at " + std::to_string(spindle.rpm) + " rpm, above the " +
+                      shortest_text(fastest) + " rpm of the machine file ([spindle] max_rpm)");
 }
 
 void SafeWalk::needs_height(const char* what, std::uint32_t nc_line) {

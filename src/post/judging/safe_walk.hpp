@@ -3,6 +3,7 @@
 #include <string>
 
 #include "trunnion/machine/table_kinematics.hpp"
+#include "trunnion/nc/blocks.hpp"
 #include "trunnion/post/verify.hpp"
 
 namespace trunnion::post {
@@ -47,6 +48,8 @@ class SafeWalk {
   void stands(const JointVector& q);
   /// Words of the tool's length that may move Z by it at once.
   void changes_length(std::uint32_t nc_line);
+  /// The spindle stops and turns the other way round away from the part only, and no faster than it can.
+  void spindle(const nc::Spindle& spindle, std::uint32_t nc_line);
   /// What may only be done away from the part.
   void needs_height(const char* what, std::uint32_t nc_line);
 
@@ -70,6 +73,7 @@ class SafeWalk {
   // The first motion, other than a retract, of a tool that no word has named; 0: none.
   std::uint32_t moves_unnamed_ = 0;
   bool tool_is_named_ = false;  // by a tool change, or by the job: a cut was begun with it
+  nc::SpindleTurn turn_ = nc::SpindleTurn::off;
   JointVector q_;
   Known known_{};
   Known free_{};  // not known, but moved where it may move freely

@@ -63,11 +63,14 @@ Result<void> EventMaker::take_record(const cl::Record& record) {
 }
 
 Result<void> EventMaker::take_spindle(const cl::Spindle& spindle, SourceRef where) {
+  const nc::Spindle before = work_.spindle.spindle();
   const bool stops = spindle.state == cl::Spindle::State::off;
-  if (stops) {
+  const bool turns_round = spindle.state == cl::Spindle::State::on && before.turn != nc::SpindleTurn::off &&
+                           (before.turn == nc::SpindleTurn::counterclockwise) != spindle.counterclockwise &&
+                           !work_.at.approaches;
+  if (stops || turns_round) {
     if (auto r = safe_way_.pause_above(where); !r) return r;
   }
-  const nc::Spindle before = work_.spindle.spindle();
   const auto asked = work_.spindle.ask(spindle, where);
   if (!asked) return tl::unexpected(asked.error());
   if (!*asked) return {};
