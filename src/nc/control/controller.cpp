@@ -14,6 +14,7 @@
 
 #include "nc/control/patterns.hpp"
 #include "nc/control/section_reading.hpp"
+#include "nc/control/setup_check.hpp"
 #include "nc/digits.hpp"
 
 namespace trunnion::nc {
@@ -478,6 +479,7 @@ void read_sections(Section& root, Controller& c) {
   read_clamps(root, c);
   read_modes(root, c);
   read_shapes(root, c);
+  check_setup(root, c);
   c.program.modes = modes_of(c);
   c.program.ends_earlier = ends_earlier_of(c);
 }
@@ -593,7 +595,7 @@ Result<Controller> load_controller(const std::string& path, Diagnostics& diagnos
   if (auto done = read_file_into(path, base_folder, 0, c, diagnostics); !done)
     return tl::unexpected(done.error());
   check(c, diagnostics);
-  static_cast<void>(compile_patterns(c, diagnostics));
+  warn_of_unknown_setup(c, compile_patterns(c, diagnostics), diagnostics);
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   return c;
 }

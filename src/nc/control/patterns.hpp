@@ -109,6 +109,9 @@ struct Pattern {
   std::vector<Others> others;
 };
 
+/// Origin of words that stand in the setup and nowhere else.
+inline constexpr const char* kSetup = "[program] setup";
+
 /// One text for equal words, whatever blanks and zeros they are written with.
 std::string pattern_key(std::string_view line);
 /// The address words of a line, or the line where it is none of these.
