@@ -106,7 +106,8 @@ class ProgramTools {
 
   const std::vector<LoadedTool>& loaded() const { return loaded_; }
   /// One warning that names the tools whose gauge length is the machine file's for want of another, one that
-  /// names those that share a register, one that names those that are much longer or shorter in the CL file.
+  /// names those that share a register, one of a tool whose register has the number of another tool, one that
+  /// names those that are much longer or shorter in the CL file.
   void warn(const std::string& cl_file, Diagnostics& diagnostics) const;
 
  private:
@@ -118,6 +119,7 @@ class ProgramTools {
   /// What is wrong with the tool's register beside those that are known; nothing: it is right.
   std::optional<std::string> take_register(const LoadedTool& tool);
   void note_other_length(const cl::ToolChange& word, double length_mm);
+  void warn_of_crossed_registers(const std::string& cl_file, Diagnostics& diagnostics) const;
   void warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const;
 
   const Machine& machine_;

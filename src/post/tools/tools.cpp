@@ -115,7 +115,22 @@ std::optional<std::string> ProgramTools::take_register(const LoadedTool& tool) {
   return std::nullopt;
 }
 
+// Most shops give a tool the register of its own number.
+void ProgramTools::warn_of_crossed_registers(const std::string& cl_file, Diagnostics& diagnostics) const {
+  if (!registers_hold_lengths_) return;
+  for (const LoadedTool& tool : loaded_) {
+    if (!tool.number || tool.length_register == *tool.number || !length_of(tool.length_register)) continue;
+    diagnostics.warning_once("crossed registers", cl_file, {},
+                             "tool " + std::to_string(*tool.number) + " (" + gauge_text(tool.length_mm) +
+                                 " mm) takes length register " + std::to_string(tool.length_register) +
+                                 ", and there is a tool of that number with " +
+                                 gauge_text(*length_of(tool.length_register)) +
+                                 " mm: which length stands in that register at the control?");
+  }
+}
+
 void ProgramTools::warn(const std::string& cl_file, Diagnostics& diagnostics) const {
+  warn_of_crossed_registers(cl_file, diagnostics);
   if (!share_register_.empty())
     diagnostics.warning(cl_file, {},
                         share_register_ +
