@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/machine/kinematics.hpp"
 
@@ -85,11 +86,15 @@ bool refuted_by_the_ball(const Machine& machine, const Model& model, const Datas
 bool proved_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                         const Convention& c) {
   if (!moves_the_ball(c)) return false;
-  const auto wanders = [](const TurningRun& run) { return run.follows && run.wanders_mm > kBallWanders_mm; };
-  const std::vector<TurningRun> before = turning_runs(machine, data);
-  if (std::none_of(before.begin(), before.end(), wanders)) return false;
+  const auto is_other = [&](const TurningRun& run) { return c.run && run.run != *c.run; };
+  std::vector<TurningRun> before = turning_runs(machine, data);
+  std::erase_if(before, is_other);
+  if (std::none_of(before.begin(), before.end(),
+                   [](const TurningRun& run) { return run.follows && run.wanders_mm > kBallWanders_mm; }))
+    return false;
   const PutRight right = put_right(machine, model, data, c);
-  const std::vector<TurningRun> after = turning_runs(right.machine, right.data);
+  std::vector<TurningRun> after = turning_runs(right.machine, right.data);
+  std::erase_if(after, is_other);
   // A factor that makes all positions nearly one would hold anything still.
   return std::any_of(after.begin(), after.end(), [](const TurningRun& run) { return run.follows; }) &&
          std::all_of(after.begin(), after.end(), [&](const TurningRun& now) {
@@ -98,6 +103,27 @@ bool proved_by_the_ball(const Machine& machine, const Model& model, const Datase
            const bool followed = was == before.end() || was->follows;
            return !followed || (now.follows && now.wanders_mm < kBallStands_mm);
          });
+}
+
+std::string wandering_text(const Machine& machine, const Dataset& data) {
+  std::vector<TurningRun> runs = turning_runs(machine, data);
+  std::erase_if(runs, [](const TurningRun& run) { return !run.follows; });
+  const auto stands = std::find_if(runs.begin(), runs.end(),
+                                   [](const TurningRun& run) { return run.wanders_mm < kBallStands_mm; });
+  if (stands == runs.end()) return {};
+  std::string names;
+  double most_mm = 0.0;
+  for (const TurningRun& run : runs) {
+    if (run.wanders_mm <= kBallWanders_mm) continue;
+    names += (names.empty() ? "'" : ", '") + data.context.runs[run.run].id + "'";
+    most_mm = std::max(most_mm, run.wanders_mm);
+  }
+  if (names.empty()) return {};
+  return "In " + names + " the measured point wanders by up to " + fixed_text(most_mm, 1) +
+         " mm on the part while the rotary axes turn; in '" + data.context.runs[stands->run].id +
+         "' it stands still. If it is a ball there, too, then positions, the tool or the run's order of rows "
+         "are "
+         "wrong in the file, and what is said here is built on them.";
 }
 
 }  // namespace trunnion::diagnosis

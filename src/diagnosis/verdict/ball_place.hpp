@@ -26,8 +26,12 @@ inline constexpr double kBallWanders_mm = 1.0;
 bool refuted_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                          const Convention& convention);
 /// Positions that lead the ball about in a run that follows it as they are, and hold it still in every such
-/// run with this put right.
+/// run with this put right; of a convention of one run, in that one.
 bool proved_by_the_ball(const Machine& machine, const Model& model, const Dataset& data,
                         const Convention& convention);
+
+/// A sentence about runs that lead the measured point about while it stands still in another run; empty: none
+/// does. It may be no ball: then nothing is wrong.
+std::string wandering_text(const Machine& machine, const Dataset& data);
 
 }  // namespace trunnion::diagnosis

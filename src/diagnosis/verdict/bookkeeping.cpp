@@ -654,6 +654,7 @@ class Judge {
     std::vector<Convention> holding = conventions(machine_, data_, model_);
     std::erase_if(holding,
                   [&](const Convention& c) { return !proved_by_the_ball(machine_, model_, data_, c); });
+    if (holding.empty()) holding = columns_of_single_runs(machine_, data_, model_);
     if (holding.empty()) holding = offsets_that_hold_the_ball(machine_, data_);
     for (const Convention& c : holding) {
       Bookkeeping one = said(c, as_given_, under(c, model_), false);

@@ -26,6 +26,11 @@ WrongConventions wrong_conventions(const Observations& whole, const Model& model
 /// All conventions that these files could have wrong; offsets and shifts with their starting values.
 std::vector<Convention> conventions(const Machine& machine, const Dataset& data, const Model& model);
 
+/// Position columns of one run that lead its ball about as they are and hold it still with this put right,
+/// while the ball of another run stands still: their sense, two of them exchanged, their unit.
+std::vector<Convention> columns_of_single_runs(const Machine& machine, const Dataset& data,
+                                               const Model& model);
+
 /// Names of the files that hold readings of one run.
 std::string files_of_run(const Dataset& data, std::size_t run);
 

@@ -57,8 +57,9 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
   const std::string times =
       (by >= 100.0 ? fixed_text(by, 0) : short_number(by)) + " times too " + (f >= 1.0 ? "small" : "large");
   if (!b.axes.empty())
-    return "The positions in " + joined_columns(machine, b.axes) + " of " + listed_files(data) + " are " +
-           times + ": they are in another unit than the column says";
+    return "The positions in " + joined_columns(machine, b.axes) +
+           (b.run.empty() ? "" : " of run '" + b.run + "'") + " in " + listed_files(data, b.convention.run) +
+           " are " + times + ": they are in another unit than the column says";
   const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   const std::string of = b.run.empty() ? "" : " of run '" + b.run + "'";
   if (b.convention.only_uncertainty)
@@ -97,6 +98,9 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
   const std::string of_run = b.run.empty() ? "" : " of run '" + b.run + "'";
   switch (c.kind) {
     case ConventionKind::axis_sense:
+      if (c.run)
+        return "The positions in " + column(machine, b.axis) + of_run + " in " + listed_files(data, c.run) +
+               " have the wrong sign";
       return "Axis " + b.axis + " goes the other way than these files say: turn round `direction` of axis " +
              b.axis + " in " + machine_file(machine) + ", or the sign of " + column(machine, b.axis) +
              " in " + listed_files(data) + ". Command a small positive step of " + b.axis +
@@ -107,7 +111,7 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return (b.axes.empty()
                   ? "The columns " + b.components[0] + " and " + b.components[1]
                   : "The columns " + column(machine, b.axes[0]) + " and " + column(machine, b.axes[1])) +
-             " of " + listed_files(data) + " are exchanged";
+             of_run + (b.run.empty() ? " of " : " in ") + listed_files(data, c.run) + " are exchanged";
     case ConventionKind::unit:
       return unit_words(b, machine, data);
     case ConventionKind::tool_length:

@@ -71,6 +71,18 @@ class Listed {
     return std::move(out_);
   }
 
+  // What one run could have wrong in its positions alone.
+  std::vector<Convention> columns() {
+    senses();
+    swaps();
+    units();
+    std::erase_if(out_, [](const Convention& c) {
+      const bool of_file = c.kind == ConventionKind::unit || c.in_file;
+      return !of_file || !moves_the_ball(c);
+    });
+    return std::move(out_);
+  }
+
  private:
   Convention& add(ConventionKind kind) {
     out_.emplace_back().kind = kind;
@@ -247,6 +259,24 @@ std::vector<Convention> conventions(const Machine& machine, const Dataset& data,
   std::erase_if(out, [&](const Convention& c) {
     return beyond_instruments(c, data) || refuted_by_the_ball(machine, model, data, c);
   });
+  return out;
+}
+
+std::vector<Convention> columns_of_single_runs(const Machine& machine, const Dataset& data,
+                                               const Model& model) {
+  std::vector<TurningRun> runs = turning_runs(machine, data);
+  std::erase_if(runs, [](const TurningRun& run) { return !run.follows; });
+  std::vector<Convention> out;
+  if (std::none_of(runs.begin(), runs.end(),
+                   [](const TurningRun& run) { return run.wanders_mm < kBallStands_mm; }))
+    return out;
+  const std::vector<Convention> columns = Listed(machine, data, model).columns();
+  for (const TurningRun& run : runs)
+    for (Convention c : columns) {
+      c.run = run.run;
+      if (run.wanders_mm > kBallWanders_mm && proved_by_the_ball(machine, model, data, c))
+        out.push_back(std::move(c));
+    }
   return out;
 }
 

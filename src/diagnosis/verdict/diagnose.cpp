@@ -16,6 +16,7 @@
 #include "diagnosis/search/ranking.hpp"
 #include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/search/turn_numbers.hpp"
+#include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
@@ -43,6 +44,7 @@ constexpr double kAmongSets =
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
+constexpr double kBesideAWanderingBall = 0.7;  // confidence where the positions of a run may be wrong
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 // What is in the library is known physics of such machines, and one of the thousands of functions follows two
 // effects closely by chance: odds of 100 : 1, in -2 ln, in favour of effects that leave only noise.
@@ -807,6 +809,10 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     if (options.formula) propose(machine, data, first.left_out(), out);
     blame_odd_runs(*whole, model, out, search);
     doubt_beside_unrecorded(*whole, model, first.left_out(), out);
+    if (const std::string wanders = wandering_text(machine, data); !wanders.empty()) {
+      out.confidence = std::min(out.confidence, kBesideAWanderingBall);
+      out.paragraph = wanders + " " + out.paragraph;
+    }
     return out;
   }
   out.verdict = Verdict::bookkeeping;

@@ -153,7 +153,8 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
   Parts parts(data);
   switch (c.kind) {
     case ConventionKind::axis_sense:
-      for (MachineState& s : parts.states) turn_axis(s, c.axes.front());
+      for (std::size_t i = 0; i < parts.states.size(); ++i)
+        if (of_its_run(parts, i, c)) turn_axis(parts.states[i], c.axes.front());
       break;
     case ConventionKind::reading_sense:
       for (Reading& r : parts.readings)
@@ -161,16 +162,19 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       break;
     case ConventionKind::swapped_columns:
       if (c.axes.size() == 2)
-        for (MachineState& s : parts.states) swap_axes(s, c.axes[0], c.axes[1], c.in_file);
+        for (std::size_t i = 0; i < parts.states.size(); ++i) {
+          if (of_its_run(parts, i, c)) swap_axes(parts.states[i], c.axes[0], c.axes[1], c.in_file);
+        }
       else
         for (Reading& r : parts.readings) std::swap(r.n[c.components[0]], r.n[c.components[1]]);
       break;
     case ConventionKind::unit:
       if (c.axes.empty()) scale_readings(parts, data, c);
-      for (MachineState& s : parts.states)
+      for (std::size_t i = 0; i < parts.states.size(); ++i)
         for (const AxisId a : c.axes) {
-          s.q[a] *= c.factor;
-          s.velocity[a] *= c.factor;
+          if (!of_its_run(parts, i, c)) break;
+          parts.states[i].q[a] *= c.factor;
+          parts.states[i].velocity[a] *= c.factor;
         }
       break;
     case ConventionKind::tool_length:

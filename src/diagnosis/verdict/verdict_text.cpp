@@ -386,6 +386,10 @@ std::string what_next(const Diagnosis& d) {
     return "No run of the menu helps here: " + d.paragraph;
   if (d.number_is_open())
     return "No run of the menu helps here: read the axis at positions off the grid of these. " + d.paragraph;
+  if (d.verdict == Verdict::ambiguous)
+    return "No run of the menu tells these explanations apart. Compensate for what all of them have, and "
+           "look at "
+           "the machine for what causes the others.";
   return "No further measurement is needed: these data decide it.";
 }
 

@@ -8,14 +8,14 @@
 namespace trunnion::nc {
 namespace {
 
-constexpr std::string_view kAxisLetters = "XYZABCUVW";
+constexpr std::string_view kLettersOfAxes = "XYZABCUVW";
 
 // X10, Y-3, C.5, X=10; not CYCLE832 or G17. Of a placeholder nothing is known.
 bool says_an_axis(std::string_view line) {
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
     const bool begins = i == 0 || !is_letter(line[i - 1]);
     const std::size_t value = line.find_first_not_of("=+-. ", i + 1);
-    if (begins && kAxisLetters.find(line[i]) != std::string_view::npos && value != std::string_view::npos &&
+    if (begins && kLettersOfAxes.find(line[i]) != std::string_view::npos && value != std::string_view::npos &&
         (is_digit(line[value]) || line[i + 1] == '='))
       return true;
   }
