@@ -43,9 +43,9 @@ constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
-constexpr double kBesideAWanderingBall = 0.7;  // confidence where the positions of a run may be wrong
-constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
+constexpr double kAsSimple = 6.8;              // evidence ratio of 1 : 30, in -2 ln
 // What is in the library is known physics of such machines, and one of the thousands of functions follows two
 // effects closely by chance: odds of 100 : 1, in -2 ln, in favour of effects that leave only noise.
 constexpr double kKnownPhysics = 9.2;
