@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "trunnion/geom/linear_algebra.hpp"
@@ -94,6 +96,14 @@ double typical_u(const Observations& o, Quantity quantity) {
   if (u.empty()) return 0.0;
   std::nth_element(u.begin(), u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2), u.end());
   return u[u.size() / 2];
+}
+
+double widened(double tau, std::size_t groups) {
+  if (groups == 0 || !(tau > 0.0)) return tau;
+  constexpr double kTwoSided95 = 0.975;
+  const double of_few =
+      boost::math::quantile(boost::math::students_t(static_cast<double>(groups)), kTwoSided95);
+  return tau * of_few / boost::math::quantile(boost::math::normal(), kTwoSided95);
 }
 
 EstimatedCommon estimate_common(const Observations& o, const NoiseModel& noise, bool free_setup,
