@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/machine/iso841.hpp"
 #include "trunnion/machine/motion_plan.hpp"
 #include "trunnion/machine/reach.hpp"
 #include "trunnion/post/tools.hpp"
@@ -41,33 +42,6 @@ std::vector<std::string> left_open(const Machine& machine) {
   return out;
 }
 
-// ISO 841: a positive command moves the tool along the axis of that letter, seen from the part; a linear axis
-// that carries the part goes the other way itself. A and B turn about X and Y, or lean to them (nutating).
-void name_directions(const Machine& machine, std::vector<std::string>& out) {
-  constexpr double kAlong = 0.7, kAbout = 0.5;  // cosines: 45 and 60 degrees
-  constexpr std::string_view kLinear = "XYZ", kRotary = "ABC";
-  for (const Axis& axis : machine.axes) {
-    const bool rotary = axis.kind == AxisKind::rotary;
-    const auto letter =
-        axis.name.size() == 1 ? (rotary ? kRotary : kLinear).find(axis.name[0]) : std::string_view::npos;
-    if (letter == std::string_view::npos) continue;
-    const Vec3 tool_way = axis.carries_part && !rotary ? Vec3(-axis.direction) : axis.direction;
-    const double along = tool_way[static_cast<Eigen::Index>(letter)];
-    if (!rotary && along < kAlong)
-      out.push_back(fmt::format(
-          "a positive {0} moves the tool against the part along [{1}, {2}, {3}], by ISO 841 it "
-          "is +{0}: is the part mirrored? (the direction is that of what moves: an axis that "
-          "carries the part goes the other way)",
-          axis.name, shortest_text(tool_way.x()), shortest_text(tool_way.y()), shortest_text(tool_way.z())));
-    if (rotary && std::abs(along) < kAbout)
-      out.push_back(
-          fmt::format("{} turns about [{}, {}, {}], by ISO 841 it turns about {}: is the direction that "
-                      "of another axis?",
-                      axis.name, shortest_text(axis.direction.x()), shortest_text(axis.direction.y()),
-                      shortest_text(axis.direction.z()), kLinear[letter]));
-  }
-}
-
 // What is possible, and as a rule a mistake: a length in inches, two numbers in the wrong order.
 std::vector<std::string> unusual(const Machine& machine, const MachineReach& reach) {
   std::vector<std::string> out;
@@ -100,7 +74,7 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
                       axis.name, shortest_text(std::round(1e3 * *axis.acceleration / *axis.jerk) / 1e3),
                       rotary ? "rad/s3" : "m/s3"));
   }
-  name_directions(machine, out);
+  for (std::string& doubt : directions_beside_iso841(machine)) out.push_back(std::move(doubt));
   constexpr Angle kAnyWay = Angle::degrees(1.0);
   if (machine.rotary_axes().size() == 2 && reach.every_way < kAnyWay && reach.one_way > kAnyWay)
     out.emplace_back(

@@ -1,6 +1,7 @@
 #include <array>
 #include <utility>
 
+#include "trunnion/machine/iso841.hpp"
 #include "trunnion/post/verify.hpp"
 
 #include "post/intake/path_source.hpp"
@@ -146,6 +147,8 @@ Result<VerifyReport> verify(PathText path, ProgramText program, const VerifySetu
   if (records->read_failure()) return tl::unexpected(*records->read_failure());
   if (diagnostics.error_count() > errors) return tl::unexpected(diagnostics.first_error());
   tools.warn(cl_file, diagnostics);
+  for (const std::string& doubt : directions_beside_iso841(machine))
+    diagnostics.warning_once(doubt, machine.file, {}, doubt);
   std::array<char, 1 << 16> buffer;
   for (;;) {
     const auto size = program.source->read(buffer.data(), buffer.size());

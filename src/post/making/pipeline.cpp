@@ -4,6 +4,8 @@
 #include <utility>
 #include <variant>
 
+#include "trunnion/machine/iso841.hpp"
+
 #include "post/making/run_choice.hpp"
 
 namespace trunnion::post {
@@ -133,6 +135,8 @@ Result<void> Pipeline::finish(const Intake& intake, Chunk& end) {
   work_.posting.report.choice = intake.choice();
   work_.posting.report.tools = intake.tools().loaded();
   intake.tools().warn(work_.posting.job.cl_file, work_.posting.diagnostics);
+  for (const std::string& doubt : directions_beside_iso841(work_.posting.machine))
+    work_.posting.diagnostics.warning_once(doubt, work_.posting.machine.file, {}, doubt);
   if (!head_.is_written()) {
     if (auto r = begin_text(Chunk()); !r) return r;
   }

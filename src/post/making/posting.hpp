@@ -28,8 +28,8 @@ struct Posting {
   }
 
   /// At a place of the CL file.
-  void warn_once(const std::string& key, SourceRef where, const std::string& text) {
-    diagnostics.warning_once(key, job.cl_file, where, text);
+  void warn_once(const std::string& key, SourceRef where, const std::string& what) {
+    diagnostics.warning_once(key, job.cl_file, where, what);
   }
 
   const PostJob& job;
