@@ -176,8 +176,9 @@ struct Controller {
     Template on;  // {x} {y} {z} {a} {b} {c}
     Template off;
     PlaneAngles angles = PlaneAngles::euler_zxz;
-    bool needs_length = false;  // length compensation must be on before it
-    bool off_at_start = false;  // as for tcp
+    bool needs_length = false;     // length compensation must be on before it
+    bool off_at_start = false;     // as for tcp
+    bool off_before_next = false;  // `off` stands before another `on`
   } tilted_plane;
 
   struct Program {

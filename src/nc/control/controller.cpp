@@ -198,6 +198,7 @@ void read_compensation(Section& root, Controller& c) {
     read_template(s, "off", {}, c.tilted_plane.off);
     read_into(s, "needs_length", c.tilted_plane.needs_length);
     read_into(s, "off_at_start", c.tilted_plane.off_at_start);
+    read_into(s, "off_before_next", c.tilted_plane.off_before_next);
     read_choice<PlaneAngles>(s, "angles",
                              {{"euler_zxz", PlaneAngles::euler_zxz},
                               {"euler_xyz", PlaneAngles::euler_xyz},

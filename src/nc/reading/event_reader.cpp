@@ -309,6 +309,9 @@ void EventReader::run_plane(const FoundEvent& found) {
   const bool counts_from_shift = s_.language.others && !s_.c.input.places.datum_shift.empty();
   if (s_.language.others && !counts_from_shift && !s_.language.others->frame().is_idle())
     return s_.error(found, "a tilted plane, and the program's own shift or turn is in force: end that first");
+  if (s_.program.frame && s_.c.tilted_plane.off_before_next && s_.modal.plane)
+    return s_.error(found, "a tilted plane, and the one before it is still in force: '" +
+                               s_.c.tilted_plane.off.back() + "' is missing");
   TiltedPlane now;
   now.on = true;
   for (std::size_t i = 0; i < 3; ++i) {
