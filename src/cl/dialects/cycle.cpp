@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -276,7 +277,10 @@ class Drilling {
         leave_(std::max(cycle_.return_mm, cycle_.clear_mm)) {}
 
   void run() {
-    modal_.rapid_next = false;
+    if (std::exchange(modal_.rapid_next, false))
+      context_.warning_once("rapid under cycle", where_,
+                            "RAPID under CYCLE: its GOTO is a hole, too. If it is a way only, CYCLE/OFF must "
+                            "stand before it");
     if (!clear_is_proved() || !keeps_pitch()) return;
     // As a control's own cycle: up to the return height, across, and down to where the feed begins.
     double came = leave_;

@@ -183,7 +183,9 @@ std::string ShapeMaker::no_tap(const cl::Hole& hole) const {
   nc::Hole block;
   block.kind = nc::Hole::Kind::tap;
   std::string why = "the rotary axes must stand, and the tool along Z of the words";
-  if (work_.posting.controller.cycles.words(block).empty()) {
+  if (work_.spindle.spindle().turn == nc::SpindleTurn::off) {
+    why = "the spindle does not turn (SPINDL before it)";
+  } else if (work_.posting.controller.cycles.words(block).empty()) {
     why = "the control '" + work_.posting.controller.name + "' has no words for it ([cycles] tap in " +
           work_.posting.controller.file + ")";
   } else if (work_.posting.options.rtcp) {

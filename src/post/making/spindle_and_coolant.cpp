@@ -83,7 +83,10 @@ void SpindleAndCoolant::warn_before_cut(SourceRef where) {
   if (std::exchange(is_said_, true)) return;
   const std::string& file = posting_.job.cl_file;
   if (spindle_.turn == nc::SpindleTurn::off) {
-    posting_.diagnostics.warning(file, where, "no SPINDL before this cut: the spindle does not turn");
+    posting_.diagnostics.warning(
+        file, where,
+        rpm_ > 0.0 ? "the spindle was stopped before this cut (SPINDL/OFF or ORIENT), and does not turn"
+                   : "no SPINDL before this cut: the spindle does not turn");
   } else {
     posting_.diagnostics.warning(file, where,
                                  "no SPINDL since the tool was loaded: it turns at the " +
