@@ -48,6 +48,22 @@ TEST_F(ControllerFile, TakesEverythingFromItsBase) {
   EXPECT_EQ(c->motion.rapid, "G0");
 }
 
+// Such words would be in every program, and its verification takes what the file says as it is.
+TEST_F(ControllerFile, ASetupChangesNoUnitPlaneOrZero) {
+  for (const char* setup :
+       {"G17 G20 G40 G90 G94", "G18 G21", "G17 G95", "G52 X10", "G10 L2 P1 X5", "G17 G41", "G28 Z0", "X0 Y0"})
+    EXPECT_FALSE(errors_of(std::string(kHead) + "[program]\nsetup = [\"" + setup + "\"]\n").empty()) << setup;
+  EXPECT_FALSE(errors_of(std::string(kHead) + "[coolant]\nflood = \"G28 X0 Y0\"\n").empty());
+}
+
+TEST_F(ControllerFile, WarnsOfAWordOfTheSetupThatNothingElseKnows) {
+  std::ofstream(folder_ / "c.toml") << kHead << "[program]\nsetup = [\"G17 G21 G51.1 G90 G94\"]\n";
+  Diagnostics diagnostics;
+  ASSERT_TRUE(nc::load_controller((folder_ / "c.toml").string(), diagnostics));
+  ASSERT_EQ(diagnostics.findings().size(), 1U);
+  EXPECT_THAT(diagnostics.findings().front().text(), HasSubstr("[program] setup has 'G51.1'"));
+}
+
 TEST_F(ControllerFile, AReferencePointInIncrementsEndsAsAbsolute) {
   std::ofstream(folder_ / "c.toml") << kHead << "[retract]\nZ = [\"G91 G28 Z0.\", \"G90\"]\n";
   Diagnostics diagnostics;

@@ -1,0 +1,135 @@
+// Words between the cuts that a control executes and that nothing of the path shows: each is found by the
+// verification.
+#include <gtest/gtest.h>
+#include <sstream>
+
+#include "post/posting.hpp"
+
+namespace trunnion::post {
+namespace {
+
+constexpr const char* kHoles =
+    "PARTNO/HOLES\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/500,CLW\nCOOLNT/FLOOD\nRAPID\n"
+    "GOTO/30,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/30,0,20,0,0,1\nGOTO/20,25,18,0,0,1\nRAPID\nGOTO/"
+    "20,25,66,0,0,1\n";
+constexpr const char* kDrill = "CYCLE/DRILL,DEPTH,10,MMPM,100,CLEAR,3\n";
+constexpr const char* kTap = "CYCLE/TAP,DEPTH,10,MMPR,1.25,CLEAR,5\n";
+
+std::string part(const std::string& cycle) {
+  return kHoles + cycle +
+         "GOTO/10,10,30\nGOTO/-10,10,30\nGOTO/-10,20,30\nCYCLE/OFF\nRAPID\nGOTO/10,0,60\nFINI\n";
+}
+
+// `line` put in before (or for) the first line behind `mark` that begins with one of these words.
+std::string edited(const std::string& nc, const std::string& mark, const std::string& begins,
+                   const std::string& line, bool instead = false) {
+  std::istringstream in(nc);
+  std::string out;
+  bool marked = false, done = false;
+  for (std::string text; std::getline(in, text);) {
+    const auto at = text[0] == 'N' ? text.find(' ') + 1 : 0;
+    const bool here = marked && !done && text.compare(at, begins.size(), begins) == 0;
+    if (here) out += line + "\n";
+    if (!here || !instead) out += text + "\n";
+    done = done || here;
+    marked = marked || text.find(mark) != std::string::npos;
+  }
+  return done ? out : std::string();
+}
+
+class AroundTheCut : public ::testing::Test {
+ protected:
+  AroundTheCut() {
+    machine_.spindle_max_rpm = 12000.0;
+    options_.native_cycles = true;
+  }
+  void expect_found(const std::string& cl, const std::string& control, const std::string& nc,
+                    const std::string& what) const {
+    ASSERT_FALSE(nc.empty()) << control << ": no place for " << what;
+    const auto report = test::verified(nc, cl, machine_, 0.01, control);
+    EXPECT_FALSE(report && report->passed()) << control << ": " << what << " passed\n" << nc;
+  }
+  std::string right(const std::string& cl, const std::string& control) const {
+    const auto p = test::posted(cl, machine_, options_, control);
+    EXPECT_TRUE(p.report && p.report->verification->passed()) << control;
+    const auto again = test::verified(p.nc, cl, machine_, 0.01, control);
+    EXPECT_TRUE(again && again->passed()) << control << (again ? "" : again.error().text());
+    return p.nc;
+  }
+  Machine machine_ = test::shipped_machine("trunnion_offset");
+  PostOptions options_;
+};
+
+// F is modal, and in tapping it is the pitch: the second thread would have been cut with another one.
+TEST_F(AroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})
+    for (const char* words : {"F900.", "M9 F900.", "M3 S500 F900."}) {
+      const std::string cl = part(kDrill);
+      expect_found(cl, control, edited(right(cl, control), "G81", "X", words), words);
+    }
+  for (const char* control : {"fanuc_30i", "haas_ngc", "iso"}) {
+    const std::string cl = part(kTap);
+    expect_found(cl, control, edited(right(cl, control), "G84", "X", "F1000."), "F in a tapping cycle");
+  }
+}
+
+// G00, G01 and the cycles are one group: a hole would be missing, or drilled where the tool only travels.
+TEST_F(AroundTheCut, AMotionWordAloneEndsTheCycle) {
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})
+    for (const char* word : {"G0", "G1", "G1 F100."}) {
+      const std::string cl = part(kDrill);
+      expect_found(cl, control, edited(right(cl, control), "G81", "X", word), word);
+    }
+}
+
+TEST_F(AroundTheCut, TheSpindleTurnsRoundAndFasterAboveThePartOnly) {
+  const std::string cl = std::string(kHoles) +
+                         "FEDRAT/400,MMPM\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/"
+                         "0,0,20,0,0,1\nRAPID\nGOTO/0,0,66,0,0,1\nFINI\n";
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) {
+    const std::string nc = right(cl, control);
+    expect_found(cl, control, edited(nc, "X20.", "G0", "S500 M4"), "M4 in the part");
+    expect_found(cl, control, edited(nc, "X20.", "G0", "S99999 M3"), "S above max_rpm");
+  }
+}
+
+// SPINDL/...,CCLW between two cuts: up first, as for a stop.
+TEST_F(AroundTheCut, ASpindleThatTurnsRoundLeavesThePart) {
+  const std::string cl = std::string(kHoles) +
+                         "RAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/0,0,20,0,0,1\nSPINDL/400,CCLW\n"
+                         "GOTO/9,0,20,0,0,1\nRAPID\nGOTO/9,0,66,0,0,1\nFINI\n";
+  const std::string nc = right(cl, "fanuc_30i");
+  const auto turns = nc.find("S400 M4");
+  ASSERT_NE(turns, std::string::npos) << nc;
+  const auto up = nc.rfind("G53 G0 Z", turns);
+  ASSERT_NE(up, std::string::npos) << nc;
+  EXPECT_EQ(nc.substr(up, turns - up).find("G1"), std::string::npos) << nc;
+}
+
+// The next block comes down and goes 300 mm sideways, at rapid.
+TEST_F(AroundTheCut, AnotherPlaceOfTheApproachInATiltedPlane) {
+  options_ = {};
+  options_.tilted_plane = true;
+  const std::string cl =
+      "PARTNO/PLANE\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/8000,CLW\nCOOLNT/FLOOD\nRAPID\n"
+      "GOTO/30,0,60,0.6,0,0.8\nFEDRAT/400,MMPM\nGOTO/30,0,20,0.6,0,0.8\nGOTO/20,25,18,0.6,0,0.8\nRAPID\n"
+      "GOTO/56,25,66,0.6,0,0.8\nFINI\n";
+  const std::string nc = right(cl, "fanuc_30i");
+  expect_found(cl, "fanuc_30i", edited(nc, "G53.1", "X", "X0. Y-300.", true), "another Y");
+}
+
+// A second plane without the end of the first.
+TEST_F(AroundTheCut, AnotherPlaneBeforeTheEndOfTheFirst) {
+  options_ = {};
+  options_.tilted_plane = true;
+  const std::string cl =
+      "PARTNO/PLANES\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/8000,CLW\nRAPID\nGOTO/30,0,60,0.6,0,0.8\n"
+      "FEDRAT/400,MMPM\nGOTO/30,0,20,0.6,0,0.8\nRAPID\nGOTO/30,0,60,0.6,0,0.8\nLOADTL/5,LENGTH,80\n"
+      "SPINDL/8000,CLW\nRAPID\nGOTO/-30,0,60,-0.6,0,0.8\nFEDRAT/400,MMPM\nGOTO/-30,0,20,-0.6,0,0.8\nRAPID\n"
+      "GOTO/-30,0,60,-0.6,0,0.8\nFINI\n";
+  const std::string nc = right(cl, "fanuc_30i");
+  expect_found(cl, "fanuc_30i", edited(nc, "G53.1", "G69", "", true), "G69 left out");
+}
+
+}  // namespace
+}  // namespace trunnion::post
