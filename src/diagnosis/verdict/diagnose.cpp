@@ -18,6 +18,7 @@
 #include "diagnosis/search/turn_numbers.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
+#include "diagnosis/verdict/needless.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
 #include "diagnosis/verdict/unrecorded.hpp"
@@ -42,10 +43,11 @@ constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
-constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kPartInstead = 20.0;    // in -2 ln: that a part of a range does better than what was named
+constexpr double kBesideAFormula = 0.9;  // of effects beside which a formula does what others did
 constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
-constexpr double kAsSimple = 6.8;              // evidence ratio of 1 : 30, in -2 ln
+constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 // What is in the library is known physics of such machines, and one of the thousands of functions follows two
 // effects closely by chance: odds of 100 : 1, in -2 ln, in favour of effects that leave only noise.
 constexpr double kKnownPhysics = 9.2;
@@ -713,6 +715,30 @@ bool is_rather_a_function(const Machine& machine, const Dataset& data, const std
   return formula && kNearer * formula->chi2_after * said.dof < said.chi2_after * formula->dof_after;
 }
 
+// Effects that did a part of what the formula does are not missing.
+void name_fewer(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
+                Diagnosis& d) {
+  if (d.additions.size() < 2 || (!left_out.empty() && left_out.size() != data.readings.size())) return;
+  const Observations o(machine, data);
+  std::vector<ModelEffect> needed =
+      needed_beside(o, d.base.model, d.additions, d.formula->alone.effects, left_out);
+  if (needed.empty() || needed.size() == d.additions.size()) return;
+  Model known = d.base.model;
+  known.effects.insert(known.effects.end(), needed.begin(), needed.end());
+  auto again = propose_formula(machine, data, known, left_out);
+  if (!again || again->chi2_after > d.formula->chi2_after + kThousandToOne) return;
+  const std::vector<std::string> before = std::exchange(d.effects, {});
+  d.additions = std::move(needed);
+  for (const ModelEffect& effect : d.additions) d.effects.push_back(effect.id());
+  d.imitators.clear();
+  for (const std::string& id : before)
+    if (std::find(d.effects.begin(), d.effects.end(), id) == d.effects.end()) d.imitators.push_back(id);
+  d.sets = {d.effects};
+  d.formula = std::move(again);
+  d.confidence = std::min(d.confidence, kBesideAFormula);
+  d.paragraph = fewer_text(d);
+}
+
 // What follows the errors that the named effects leave, or all of them where none is named.
 void propose(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out, Diagnosis& d) {
   const bool none = d.verdict == Verdict::not_in_library && !d.harm;
@@ -742,7 +768,10 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
   if (!d.formula) return;
   if (!none) {
     const auto alone = propose_formula(machine, data, d.base.model, left_out);
-    if (alone && is_superfluous(d, *d.formula, *alone)) nothing_but(d, *alone);
+    if (alone && is_superfluous(d, *d.formula, *alone))
+      nothing_but(d, *alone);
+    else
+      name_fewer(machine, data, left_out, d);
   }
   d.paragraph += formula_text(*d.formula);
 }

@@ -12,7 +12,8 @@ namespace {
 constexpr double kBesideCondition = 0.7, kOfCondition = 0.9;
 // Evidence of 100 : 1 in favour of errors of axes, in -2 ln: nearly all readings are taken in some order.
 constexpr double kAxesErr = 9.2;
-constexpr double kOnlyNoise = 1.25;  // chi-square per degree of freedom
+constexpr double kFormulaAhead = 50.0;  // in chi-square, of a formula that follows the readings nearer
+constexpr double kOnlyNoise = 1.25;     // chi-square per degree of freedom
 // From what a spindle or a clamp takes to what a casting takes, by factors of 1.65.
 constexpr double kShortest_s = 60.0, kLongest_s = 15000.0;
 constexpr int kTimeConstants = 12;
@@ -304,6 +305,8 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   const InPlace best = best_exchange(exchange, named);
   if (best.condition == nullptr || best.ahead < -kThousandToOne) return;
   const bool only_noise = best.per_degree() < kOnlyNoise;
+  if (d.formula && d.formula->chi2_after + kFormulaAhead * std::max(best.per_degree(), 1.0) < best.chi2)
+    return;
   if (nothing_named) {
     if (best.ahead > kThousandToOne && only_noise) say_what_explains(best, d);
     return;

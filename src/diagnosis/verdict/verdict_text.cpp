@@ -204,6 +204,14 @@ std::string imitated_text(const Diagnosis& d) {
          "the model file.";
 }
 
+std::string fewer_text(const Diagnosis& d) {
+  const bool one = d.imitators.size() == 1;
+  return "Missing in the model: " + listed(d.effects, " and ") +
+         ", and an error that is none of the effects known here. " + listed(d.imitators, " and ") +
+         (one ? " did" : " together did") + " a part of that, and " + (one ? "is" : "are") +
+         " not needed beside the formula that follows it.";
+}
+
 std::string one_function_text(const Diagnosis& d) {
   return " Or none of these effects is missing, but one error that the library lacks: a single " +
          function_text(d) +

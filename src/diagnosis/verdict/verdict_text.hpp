@@ -17,6 +17,9 @@ std::string short_number(double value);
 /// Of effects that imitate what one function of the state does: not_in_library.
 std::string imitated_text(const Diagnosis& d);
 
+/// Of fewer effects than were named, beside a formula that does what the others (`imitators`) did.
+std::string fewer_text(const Diagnosis& d);
+
 /// Of effects that one function of the state does as well as: begins with a space.
 std::string one_function_text(const Diagnosis& d);
 
