@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "trunnion/base/median.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -16,6 +17,7 @@ namespace {
 constexpr double kContradiction = 8.0;        // standard deviations of a difference; noise does not reach it
 constexpr std::size_t kFewestDuplicates = 3;  // fewer equal readings may be the instrument's resolution
 constexpr double kDuplicateShare = 0.2;
+constexpr double kTimedDuplicateShare = 0.02;  // the same where the run's times go on: no two moments are one
 
 std::vector<std::int64_t> row_key(const Observations& o, Eigen::Index i, bool with_run) {
   const MachineState& s = o.state(i);
@@ -38,9 +40,25 @@ std::string place(const Observations& o, Eigen::Index i) {
   return o.data().files[row.file] + ":" + std::to_string(row.line);
 }
 
+// Of each run: more than half of its rows have a time of their own.
+std::vector<bool> times_go_on(const Observations& o) {
+  std::vector<bool> out;
+  for (const auto& run : o.runs()) {
+    std::set<double> moments;
+    std::set<std::size_t> rows;
+    for (const Eigen::Index i : run) {
+      moments.insert(o.state(i).time_s);
+      rows.insert(o.reading(i).row);
+    }
+    out.push_back(2 * moments.size() > rows.size());
+  }
+  return out;
+}
+
 std::string same_moment(const Observations& o) {
+  const std::vector<bool> goes_on = times_go_on(o);
   std::map<std::vector<std::int64_t>, Eigen::Index> first;
-  std::size_t equal = 0;
+  std::size_t equal = 0, timed = 0;
   std::string example;
   for (Eigen::Index i = 0; i < o.size(); ++i) {
     const auto [it, fresh] = first.emplace(row_key(o, i, true), i);
@@ -55,10 +73,14 @@ std::string same_moment(const Observations& o) {
              " against " + fixed_text(b.value / unit, 3) +
              (b.quantity == Quantity::displacement ? " um" : " urad") + " with u_random " +
              fixed_text(b.u_random / unit, 3);
-    if (difference == 0.0 && ++equal == 1) example = place(o, it->second) + " and " + place(o, i);
+    if (difference != 0.0) continue;
+    if (++equal == 1) example = place(o, it->second) + " and " + place(o, i);
+    if (goes_on[o.state(i).run]) ++timed;
   }
-  if (equal >= kFewestDuplicates &&
-      static_cast<double>(equal) > kDuplicateShare * static_cast<double>(o.size()))
+  const auto share = [&](std::size_t count) {
+    return count < kFewestDuplicates ? 0.0 : static_cast<double>(count) / static_cast<double>(o.size());
+  };
+  if (share(equal) > kDuplicateShare || share(timed) > kTimedDuplicateShare)
     return std::to_string(equal) + " readings stand twice (" + example +
            "): counted twice, they would look more certain than they are";
   return {};
