@@ -121,7 +121,8 @@ Result<void> keep_apart(const std::vector<BatchItem>& items) {
     const std::string place = resolved_path(item.output);
     if (const auto [other, is_new] = outputs.emplace(place, &item); !is_new) {
       return fail(ErrorCode::wrong_input,
-                  "would be written to the same file " + item.output + " as " + other->second->input,
+                  "would be written to the same file " + item.output + " as " + other->second->input +
+                      "; nothing was posted: rename one of the two",
                   item.input);
     }
     if (const auto input = inputs.find(place); input != inputs.end()) {
