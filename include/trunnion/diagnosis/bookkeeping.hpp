@@ -56,6 +56,7 @@ struct Bookkeeping {
   std::vector<std::string> axes, components;
   std::vector<std::pair<std::string, double>> by_column;  // position_offset: what to add; mm, deg
   double chi2_before = 0.0, chi2_after = 0.0, dof = 0.0;
+  double wandered_mm = 0.0;   // of the measured point on the part, where that proves it; else 0
   bool as_it_stands = false;  // found with the model's own values, not with fitted ones
   std::string words;          // what to put right, and where
 };

@@ -658,8 +658,8 @@ class Judge {
     if (holding.empty()) holding = offsets_that_hold_the_ball(machine_, data_);
     for (const Convention& c : holding) {
       Bookkeeping one = said(c, as_given_, under(c, model_), false);
-      one.words += " (As the files are the measured point wanders by " + fixed_text(wanders_mm, 1) +
-                   " mm on the part while the rotary axes turn; with that put right it stands still.)";
+      one.wandered_mm = wanders_mm;
+      one.words = words_of(one, machine_, data_);
       add(out, std::move(one));
     }
     return out;

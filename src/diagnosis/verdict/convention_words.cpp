@@ -165,6 +165,15 @@ std::string files_of_run(const Dataset& data, std::size_t run) {
 }
 
 std::string words_of(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
+  if (b.wandered_mm > 0.0)
+    return told(b, machine, data) + ". (As the files are the measured point wanders by " +
+           fixed_text(b.wandered_mm, 1) +
+           " mm on the part while the rotary axes turn; with that put right it stands still. Chi-square of "
+           "the "
+           "model as given: " +
+           short_number(b.chi2_before) + " before, " + short_number(b.chi2_after) + " then, for " +
+           short_number(b.dof) +
+           " degrees of freedom; what is still missing in it shows once the files are right.)";
   const std::string out = told(b, machine, data) + ". With that put right chi-square ";
   // Readings in too large a unit are near to everything.
   const std::string from = b.chi2_after < b.chi2_before
