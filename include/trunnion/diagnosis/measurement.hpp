@@ -24,6 +24,7 @@ struct Reading {
   double value = 0.0;              // mm, rad
   double u_random = 0.0;           // standard uncertainty of one reading, > 0; mm, rad
   std::optional<double> u_common;  // of the offset shared by the group; nothing: to be estimated
+  bool zeroed = false;  // u_common is not given, and the instrument was set to 0 where the group begins
   /// Readings of one run with the same quantity, frame and n (within 1e-6) share one offset: index of that
   /// group.
   std::size_t group = 0;

@@ -13,6 +13,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/data/measurement_columns.hpp"
+#include "diagnosis/data/zeroed_groups.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -272,6 +273,7 @@ Dataset joined(std::vector<RawRow>& rows, std::vector<std::string> files) {
   }
   Dataset out = make_dataset(std::move(context), states, std::move(origins), std::move(readings));
   out.files = std::move(files);
+  mark_zeroed(out);
   return out;
 }
 

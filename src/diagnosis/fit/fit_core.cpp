@@ -125,28 +125,15 @@ class Fitter {
   void update_noise() {
     known_ = false;
     NoiseModel n = noise_;
-    const auto taken_as = [&](const std::optional<double>& estimated, Quantity quantity) {
-      return estimated ? std::optional(widened(*estimated, unknown_groups(quantity))) : std::nullopt;
-    };
-    const auto displacement_mm = taken_as(fit_.common.displacement_mm, Quantity::displacement);
-    const auto rotation_rad = taken_as(fit_.common.rotation_rad, Quantity::rotation);
     for (Eigen::Index i = 0; i < o_.size(); ++i) {
       const Reading& r = o_.reading(i);
-      if (r.u_common) continue;
-      const auto& known = r.quantity == Quantity::displacement ? displacement_mm : rotation_rad;
+      if (r.u_common || r.zeroed) continue;
+      const auto& known =
+          r.quantity == Quantity::displacement ? fit_.common.displacement_mm : fit_.common.rotation_rad;
       if (known) n.common[i] = *known;
     }
     noise_ = n;
     fit_.whitening = std::make_shared<Whitening>(o_, n, free_setup_);
-  }
-
-  // Groups of one quantity whose u_common is not known.
-  std::size_t unknown_groups(Quantity quantity) const {
-    return static_cast<std::size_t>(
-        std::count_if(o_.groups().begin(), o_.groups().end(), [&](const auto& group) {
-          return !group.empty() && !o_.reading(group.front()).u_common &&
-                 o_.reading(group.front()).quantity == quantity;
-        }));
   }
 
   // Derivatives are those at the nominal pose: they change with the shapes only, and those of a shape with

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "trunnion/geom/linear_algebra.hpp"
@@ -33,7 +31,8 @@ class RestrictedLikelihood {
     NoiseModel n = noise_;
     for (Eigen::Index i = 0; i < o_.size(); ++i) {
       const Reading& r = o_.reading(i);
-      if (!r.u_common) n.common[i] = r.quantity == Quantity::displacement ? displacement_mm : rotation_rad;
+      if (!r.u_common && !r.zeroed)
+        n.common[i] = r.quantity == Quantity::displacement ? displacement_mm : rotation_rad;
     }
     const Whitening whitening(o_, std::move(n), free_setup_);
     const MatrixXd white = whitening.applied(system_);
@@ -84,7 +83,7 @@ double minimise(const F& f, double unit) {
 UnknownCommon has_unknown_common(const Observations& o) {
   UnknownCommon out;
   for (Eigen::Index i = 0; i < o.size(); ++i)
-    if (!o.reading(i).u_common)
+    if (!o.reading(i).u_common && !o.reading(i).zeroed)
       (o.reading(i).quantity == Quantity::displacement ? out.displacement : out.rotation) = true;
   return out;
 }
@@ -96,14 +95,6 @@ double typical_u(const Observations& o, Quantity quantity) {
   if (u.empty()) return 0.0;
   std::nth_element(u.begin(), u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2), u.end());
   return u[u.size() / 2];
-}
-
-double widened(double tau, std::size_t groups) {
-  if (groups == 0 || !(tau > 0.0)) return tau;
-  constexpr double kTwoSided95 = 0.975;
-  const double of_few =
-      boost::math::quantile(boost::math::students_t(static_cast<double>(groups)), kTwoSided95);
-  return tau * of_few / boost::math::quantile(boost::math::normal(), kTwoSided95);
 }
 
 EstimatedCommon estimate_common(const Observations& o, const NoiseModel& noise, bool free_setup,

@@ -15,11 +15,6 @@ UnknownCommon has_unknown_common(const Observations& observations);
 /// Median u_random of a quantity's readings; 0 without any.
 double typical_u(const Observations& observations, Quantity quantity);
 
-/// What the standard deviation of a group's offset is taken as where it was estimated, `tau`, from so many
-/// groups: wider by Student's t over the normal's at 95 %, since of few nobody knows it well. An
-/// interferometer that was zeroed has an offset as large as the error that is missing.
-double widened(double tau, std::size_t groups);
-
 /// Restricted maximum likelihood of the unknown common standard deviations, one for each quantity (Patterson
 /// and Thompson 1971): minimises ln|C| + ln|X' C^-1 X| + r' C^-1 r, X = set-ups and `columns`, over a grid,
 /// then by golden section.

@@ -34,6 +34,15 @@ double resolution(const Observations& o, Quantity quantity) {
   return 0.0;
 }
 
+namespace {
+
+// Beyond any error, so that the offset of a group that was set to 0 where it begins says nothing.
+double of_zeroed(Quantity quantity) {
+  return quantity == Quantity::displacement ? 1.0 : 1e-3;  // mm, rad
+}
+
+}  // namespace
+
 NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad) {
   NoiseModel out;
   const Eigen::Index count = observations.size();
@@ -46,7 +55,9 @@ NoiseModel stated_noise(const Observations& observations, double unknown_mm, dou
     const Reading& r = observations.reading(i);
     // Rounding is noise too, whatever the file states.
     out.u[i] = std::max(r.u_random, rounding[r.quantity == Quantity::displacement ? 0 : 1]);
-    out.common[i] = r.u_common.value_or(r.quantity == Quantity::displacement ? unknown_mm : unknown_rad);
+    out.common[i] =
+        r.zeroed ? of_zeroed(r.quantity)
+                 : r.u_common.value_or(r.quantity == Quantity::displacement ? unknown_mm : unknown_rad);
   }
   return out;
 }
