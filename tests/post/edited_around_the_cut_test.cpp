@@ -37,9 +37,9 @@ std::string edited(const std::string& nc, const std::string& mark, const std::st
   return done ? out : std::string();
 }
 
-class AroundTheCut : public ::testing::Test {
+class EditedAroundTheCut : public ::testing::Test {
  protected:
-  AroundTheCut() {
+  EditedAroundTheCut() {
     machine_.spindle_max_rpm = 12000.0;
     options_.native_cycles = true;
   }
@@ -61,7 +61,7 @@ class AroundTheCut : public ::testing::Test {
 };
 
 // F is modal, and in tapping it is the pitch: the second thread would have been cut with another one.
-TEST_F(AroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
+TEST_F(EditedAroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
   for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})
     for (const char* words : {"F900.", "M9 F900.", "M3 S500 F900."}) {
       const std::string cl = part(kDrill);
@@ -74,7 +74,7 @@ TEST_F(AroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
 }
 
 // G00, G01 and the cycles are one group: a hole would be missing, or drilled where the tool only travels.
-TEST_F(AroundTheCut, AMotionWordAloneEndsTheCycle) {
+TEST_F(EditedAroundTheCut, AMotionWordAloneEndsTheCycle) {
   for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})
     for (const char* word : {"G0", "G1", "G1 F100."}) {
       const std::string cl = part(kDrill);
@@ -82,7 +82,7 @@ TEST_F(AroundTheCut, AMotionWordAloneEndsTheCycle) {
     }
 }
 
-TEST_F(AroundTheCut, TheSpindleTurnsRoundAndFasterAboveThePartOnly) {
+TEST_F(EditedAroundTheCut, TheSpindleTurnsRoundAndFasterAboveThePartOnly) {
   const std::string cl = std::string(kHoles) +
                          "FEDRAT/400,MMPM\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/"
                          "0,0,20,0,0,1\nRAPID\nGOTO/0,0,66,0,0,1\nFINI\n";
@@ -94,7 +94,7 @@ TEST_F(AroundTheCut, TheSpindleTurnsRoundAndFasterAboveThePartOnly) {
 }
 
 // SPINDL/...,CCLW between two cuts: up first, as for a stop.
-TEST_F(AroundTheCut, ASpindleThatTurnsRoundLeavesThePart) {
+TEST_F(EditedAroundTheCut, ASpindleThatTurnsRoundLeavesThePart) {
   const std::string cl = std::string(kHoles) +
                          "RAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/0,0,20,0,0,1\nSPINDL/400,CCLW\n"
                          "GOTO/9,0,20,0,0,1\nRAPID\nGOTO/9,0,66,0,0,1\nFINI\n";
@@ -107,7 +107,7 @@ TEST_F(AroundTheCut, ASpindleThatTurnsRoundLeavesThePart) {
 }
 
 // The next block comes down and goes 300 mm sideways, at rapid.
-TEST_F(AroundTheCut, AnotherPlaceOfTheApproachInATiltedPlane) {
+TEST_F(EditedAroundTheCut, AnotherPlaceOfTheApproachInATiltedPlane) {
   options_ = {};
   options_.tilted_plane = true;
   const std::string cl =
@@ -119,7 +119,7 @@ TEST_F(AroundTheCut, AnotherPlaceOfTheApproachInATiltedPlane) {
 }
 
 // A second plane without the end of the first.
-TEST_F(AroundTheCut, AnotherPlaneBeforeTheEndOfTheFirst) {
+TEST_F(EditedAroundTheCut, AnotherPlaneBeforeTheEndOfTheFirst) {
   options_ = {};
   options_.tilted_plane = true;
   const std::string cl =

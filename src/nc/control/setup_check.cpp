@@ -75,16 +75,28 @@ void check_setup(config::Section& root, const Controller& c) {
 }
 
 void warn_of_unknown_setup(const Controller& c, const PatternSet& patterns, Diagnostics& diagnostics) {
+  const auto is_silent = [&](const std::string& key) {
+    return std::any_of(c.silent.begin(), c.silent.end(),
+                       [&](const std::string& word) { return pattern_key(word) == key; });
+  };
+  const auto is_of_setup_alone = [&](const std::string& key) {
+    for (const auto* list : {&patterns.words, &patterns.phrases})
+      for (const Pattern& pattern : *list)
+        if (pattern.key == key) return pattern.event.kind == EventKind::silent && pattern.origin == kSetup;
+    return false;
+  };
   std::string unknown;
-  for (const auto* list : {&patterns.words, &patterns.phrases})
-    for (const Pattern& pattern : *list)
-      if (pattern.event.kind == EventKind::silent && pattern.origin == kSetup)
-        unknown += (unknown.empty() ? "'" : ", '") + pattern.key + "'";
+  for (const std::string& line : c.program.setup)
+    for (const std::string& word : setup_words(line)) {
+      const std::string key = pattern_key(word);
+      if (!is_silent(key) && is_of_setup_alone(key)) unknown += (unknown.empty() ? "'" : ", '") + word + "'";
+    }
   if (unknown.empty()) return;
-  diagnostics.warning_once("setup", c.file, {},
-                           kSetup + std::string(" has ") + unknown +
-                               ", which nothing else in this file knows: a program is verified as if it "
-                               "changed nothing. List what does so in [read] silent");
+  diagnostics.warning_once(
+      "setup", c.file, {},
+      kSetup + std::string(" has ") + unknown +
+          ", which nothing else in this file knows: a program is verified as if it changed "
+          "nothing. List what does so in [read] silent");
 }
 
 }  // namespace trunnion::nc
