@@ -364,5 +364,27 @@ TEST(Diagnose, TheSameRunTwiceIsADataProblem) {
             Verdict::data_problem);
 }
 
+// Some rows of a run once more at the end of the file.
+TEST(Diagnose, RowsThatStandAgainAtTheEndAreADataProblem) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const Dataset data = test::measured(machine, test::plan_text(table_only()), kDiagnoseTruth, 1);
+  std::vector<MachineState> states;
+  std::vector<RowOrigin> rows = data.rows;
+  std::vector<Reading> readings = data.readings;
+  for (std::size_t i = 0; i < data.track.size(); ++i) states.push_back(data.track.state(i));
+  const std::size_t again = readings.size() / 20;
+  for (std::size_t i = 0; i < again; ++i) {
+    readings.push_back(data.readings[10 + i]);
+    states.push_back(data.track.state(readings.back().row));
+    rows.push_back(data.rows[readings.back().row]);
+    readings.back().row = states.size() - 1;
+  }
+  Dataset twice = make_dataset(data.context, states, rows, readings);
+  twice.files = data.files;
+  const Diagnosis d = diagnose(machine, twice, test::model_for(machine, twice, kDiagnoseBase));
+  EXPECT_EQ(d.verdict, Verdict::data_problem) << said(d);
+  EXPECT_NE(d.paragraph.find("stand twice"), std::string::npos) << said(d);
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

@@ -213,7 +213,7 @@ TEST(Verdict, TwoSquarenessesAndAnOverhangAreAmbiguousWithOneTool) {
 // variance that all groups seem to have beside a model without the error: false effects stood beside the true
 // one.
 TEST(Verdict, AnInstrumentThatWasZeroedMakesNoEffect) {
-  const std::string angles = "[[run]]\nid = \"angle_";
+  const std::string angles = "[[run]]\nid = \"zeroed_";
   const auto angle = [&](const std::string& axis, const std::string& to, const std::string& n) {
     return angles + axis +
            "\"\nminutes = 10\nquantity = \"rotation\"\nu_random = 0.5\nu_common = 0\nn = " + n +

@@ -40,17 +40,13 @@ std::string place(const Observations& o, Eigen::Index i) {
   return o.data().files[row.file] + ":" + std::to_string(row.line);
 }
 
-// Of each run: more than half of its rows have a time of their own.
+// Of each run: more than half of its readings have a moment of their own in their group.
 std::vector<bool> times_go_on(const Observations& o) {
   std::vector<bool> out;
   for (const auto& run : o.runs()) {
-    std::set<double> moments;
-    std::set<std::size_t> rows;
-    for (const Eigen::Index i : run) {
-      moments.insert(o.state(i).time_s);
-      rows.insert(o.reading(i).row);
-    }
-    out.push_back(2 * moments.size() > rows.size());
+    std::set<std::pair<std::size_t, double>> moments;
+    for (const Eigen::Index i : run) moments.emplace(o.reading(i).group, o.state(i).time_s);
+    out.push_back(2 * moments.size() > run.size());
   }
   return out;
 }
