@@ -34,14 +34,9 @@ double resolution(const Observations& o, Quantity quantity) {
   return 0.0;
 }
 
-namespace {
-
-// Beyond any error, so that the offset of a group that was set to 0 where it begins says nothing.
-double of_zeroed(Quantity quantity) {
-  return quantity == Quantity::displacement ? 1.0 : 1e-3;  // mm, rad
-}
-
-}  // namespace
+// Of a reading's own uncertainty: beyond any error, so that the offset of a group that was set to 0 where it
+// begins says nothing. In another unit it is as many times as large.
+constexpr double kOfZeroed = 1e4;
 
 NoiseModel stated_noise(const Observations& observations, double unknown_mm, double unknown_rad) {
   NoiseModel out;
@@ -56,7 +51,7 @@ NoiseModel stated_noise(const Observations& observations, double unknown_mm, dou
     // Rounding is noise too, whatever the file states.
     out.u[i] = std::max(r.u_random, rounding[r.quantity == Quantity::displacement ? 0 : 1]);
     out.common[i] =
-        r.zeroed ? of_zeroed(r.quantity)
+        r.zeroed ? kOfZeroed * out.u[i]
                  : r.u_common.value_or(r.quantity == Quantity::displacement ? unknown_mm : unknown_rad);
   }
   return out;
