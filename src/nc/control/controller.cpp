@@ -596,8 +596,9 @@ Result<Controller> load_controller(const std::string& path, Diagnostics& diagnos
   if (auto done = read_file_into(path, base_folder, 0, c, diagnostics); !done)
     return tl::unexpected(done.error());
   check(c, diagnostics);
-  warn_of_unknown_setup(c, compile_patterns(c, diagnostics), diagnostics);
+  const PatternSet patterns = compile_patterns(c, diagnostics);
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  warn_of_unknown_setup(c, patterns, diagnostics);
   return c;
 }
 
