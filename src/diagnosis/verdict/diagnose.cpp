@@ -672,11 +672,16 @@ void blame_rows(Diagnosis& d) {
   d.paragraph += ". Correct or leave out these rows, then diagnose again.";
 }
 
+double parameters_of(const std::vector<ModelEffect>& effects) {
+  double out = 0.0;
+  for (const ModelEffect& effect : effects) out += static_cast<double>(effect.parameters.size());
+  return out;
+}
+
 // A formula does as much without the effects as beside them: it is not they that are missing.
 bool is_superfluous(const Diagnosis& d, const ProposedFormula& beside, const ProposedFormula& alone) {
   constexpr double kNoMore = 10.0;  // of chi-square, beyond what their parameters pay
-  double parameters = 0.0;
-  for (const ModelEffect& effect : d.additions) parameters += static_cast<double>(effect.parameters.size());
+  const double parameters = parameters_of(d.additions);
   return alone.terms <= beside.terms && alone.chi2_after <= beside.chi2_after + 2.0 * parameters + kNoMore;
 }
 
@@ -726,7 +731,10 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), needed.begin(), needed.end());
   auto again = propose_formula(machine, data, known, left_out);
-  if (!again || again->chi2_after > d.formula->chi2_after + kThousandToOne) return;
+  // What is left out pays for itself, as in `needed_beside`.
+  const double pays = std::log(static_cast<double>(data.readings.size())) *
+                      (parameters_of(d.additions) - parameters_of(needed));
+  if (!again || again->chi2_after > d.formula->chi2_after + pays + kThousandToOne) return;
   const std::vector<std::string> before = std::exchange(d.effects, {});
   d.additions = std::move(needed);
   for (const ModelEffect& effect : d.additions) d.effects.push_back(effect.id());
