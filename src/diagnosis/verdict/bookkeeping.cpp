@@ -5,12 +5,12 @@
 #include <cmath>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/data/data_check.hpp"
-#include "diagnosis/fit/median.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/search/atoms.hpp"
 #include "diagnosis/verdict/ball_offsets.hpp"

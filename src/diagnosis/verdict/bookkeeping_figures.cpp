@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "diagnosis/fit/median.hpp"
+#include "trunnion/base/median.hpp"
+
 #include "diagnosis/fit/usual_size.hpp"
 
 namespace trunnion::diagnosis {

@@ -2,9 +2,9 @@
 #include <array>
 #include <cmath>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
 
-#include "diagnosis/fit/median.hpp"
 #include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
