@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from campaign import judge  # noqa: E402
 
 # Not here, since what differs is no fault of the reader: a feed of rotary axes from the pole (C at its beginning is free), G10 L2 (rs274 counts from the
-# shift), M0 (what is written comes down to the place again), and G73 behind G83 with its Z left out (taken as on Fanuc, refused by LinuxCNC).
+# shift), M0 and a spindle that turns round in a cut (what is written comes down to the place again), and G73 behind G83 with its Z left out (taken as on Fanuc, refused by LinuxCNC).
 HEAD = "G21 G90 G94 G17 G40 G49 G80\nG54\nT1 M6\nS1000 M3\nG43 H1\nG0 A0 C0\nG0 X0 Y0\nG0 Z60\nF200\n"
 END = "G0 Z100\nM5\nM30\n"
 WORDS = {
@@ -126,7 +126,8 @@ WORDS = {
     "g10 l1": "G10 L1 P1 Z25\nG43\nG1 Z40\n",
     "m66": "M66 P0 L0\nG1 Z40\n",
     "m62": "M62 P0\nG1 Z40\n",
-    "s change": "G1 Z40\nS2000\nX5\nM4\nX1\n",
+    "s change": "G1 Z40\nS2000\nX5\nX1\n",
+    "m4 above the part": "G1 Z40\nS2000\nX5\nG0 Z60\nM4\nG0 X1\nG1 Z40\n",
     "m19": "M19 R0\nG1 Z40\n",
     "percent mid": "G1 Z40\n%\nG1 X9\n",
 }
