@@ -145,6 +145,41 @@ TEST(BallPlace, TellsTheRunThatCountsFromAnotherZero) {
   EXPECT_EQ(d.bookkeeping.size(), 1U);
 }
 
+// Columns of one run alone, while the other run stands still.
+TEST(BallPlace, TellsTheColumnsOfOneRun) {
+  const Balls shop("[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n");
+  Convention exchanged;
+  exchanged.kind = ConventionKind::swapped_columns;
+  exchanged.axes = {*shop.machine.axis("X"), *shop.machine.axis("Y")};
+  exchanged.in_file = true;
+  exchanged.run = 0;
+  const Diagnosis d = shop.with(exchanged);
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::swapped_columns) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().run, "b1");
+  EXPECT_NE(d.paragraph.find("X_mm and Y_mm of run 'b1'"), std::string::npos) << d.paragraph;
+}
+
+// Rows in another order than the readings: nothing puts that right, and the text says what it is built on.
+TEST(BallPlace, SaysThatABallWandersWhereNothingHoldsIt) {
+  Balls shop("");
+  EXPECT_EQ(wandering_text(shop.machine, shop.data), "");
+  std::vector<MachineState> states;
+  for (std::size_t i = 0; i < shop.data.track.size(); ++i) states.push_back(shop.data.track.state(i));
+  for (std::size_t i = 0; i + 7 < states.size(); i += 8)
+    if (states[i].run == 1)
+      std::swap(states[i].q[*shop.machine.axis("X")], states[i + 7].q[*shop.machine.axis("X")]);
+  Dataset shuffled = make_dataset(shop.data.context, states, shop.data.rows, shop.data.readings);
+  shuffled.files = shop.data.files;
+  const std::string text = wandering_text(shop.machine, shuffled);
+  EXPECT_NE(text.find("In 'b2'"), std::string::npos) << text;
+  EXPECT_NE(text.find("in 'b1' it stands still"), std::string::npos) << text;
+  EXPECT_TRUE(offsets_that_hold_the_ball(shop.machine, shuffled).empty());
+  const Diagnosis d = diagnose(shop.machine, shuffled, shop.model);
+  EXPECT_NE(d.paragraph.find(text), std::string::npos) << d.paragraph;
+  EXPECT_LE(d.confidence, 0.7);
+}
+
 // A dial gauge that stands still over the turning table follows no ball: it would stand on the axis with any
 // positions that are near to zero.
 TEST(BallPlace, ATableMeasuredFromAFixedPlaceProvesNothing) {

@@ -8,6 +8,7 @@
 
 #include "diagnosis/campaigns.hpp"
 #include "diagnosis/data/zeroed_groups.hpp"
+#include "diagnosis/verdict/needless.hpp"
 #include "support/cases.hpp"
 
 // A data set for every verdict, and for every kind of data that a shop hands in.
@@ -242,6 +243,36 @@ TEST(Verdict, AnInstrumentThatWasZeroedMakesNoEffect) {
     EXPECT_EQ(d.verdict, Verdict::named) << summary(d);
     EXPECT_EQ(d.effects, std::vector<std::string>{"component:ECX"}) << summary(d);
   }
+}
+
+// Beside the formula that is the truth an effect that imitates a part of it does nothing, and a true one
+// stays.
+TEST(Verdict, AFormulaMakesItsImitatorsNeedless) {
+  const std::string step =
+      "[[effect]]\nid = \"user:step\"\njoint = \"X\"\ncomponent = \"EZX\"\n"
+      "expression = \"k * (C > 1.83) * (A > 0.65)\"\n[effect.parameters]\nk_um = ";
+  const std::string true_one = "[[effect]]\nid = \"component:EYC\"\n[effect.parameters]\n";
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const Dataset data = test::measured(
+      machine, test::plan_text({}),
+      "[model]\nname = \"truth\"\n" + true_one + "cos1_um = 7\nsin2_um = 2\n" + step + "7.7\n", 3);
+  const auto model = [&](const std::string& effects) {
+    return test::model_for(machine, data, "[model]\nname = \"m\"\n" + effects);
+  };
+  const Observations o(machine, data);
+  const auto named =
+      model(true_one + "[[effect]]\nid = \"component:EZA\"\n[[effect]]\nid = \"unbalance:AC\"\n");
+  const auto needed = needed_beside(o, model(""), named.effects, model(step + "1\n").effects, {});
+  ASSERT_EQ(needed.size(), 1U);
+  EXPECT_EQ(needed.front().id(), "component:EYC");
+}
+
+TEST(Verdict, WhatIsAmbiguousIsNotSaidToBeDecided) {
+  Diagnosis d;
+  d.verdict = Verdict::ambiguous;
+  EXPECT_EQ(what_next(d).find("No further measurement"), std::string::npos);
+  d.verdict = Verdict::named;
+  EXPECT_NE(what_next(d).find("No further measurement"), std::string::npos);
 }
 
 // C stands beside its place in every explanation; what X does at one feed is open. C is put into the model,

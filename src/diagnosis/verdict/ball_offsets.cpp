@@ -13,15 +13,15 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kLeastOfZero_mm = 0.05,
-                 kLeastOfZero_rad = 0.01 * kRadPerDegree;  // less is left to the effects
-constexpr double kSeenByTheBall =
-    1e-3;  // of what the ball moves by for the offset that moves it most: less is none
+// Less is left to the effects.
+constexpr double kLeastOfZero_mm = 0.05, kLeastOfZero_rad = 0.01 * kRadPerDegree;
+// Share of how far the offset that moves the ball most moves it: an offset that moves it less is not seen.
+constexpr double kSeenByTheBall = 1e-3;
 constexpr int kOffsetSteps = 30;
 constexpr double kOffsetSettled = 1e-9;    // mm, rad
 constexpr double kEquationsANumber = 4.0;  // poses that a few numbers would hold by chance prove nothing
 
-// Offsets of some axes, or of the tool's length, with sizes.
+// How the ball wanders when these axes, or the tool's length, are put right by some numbers.
 class ZeroOffset {
  public:
   // Without axes the tool's length.
@@ -115,7 +115,7 @@ class OffsetSearch {
     return {};
   }
   std::optional<Convention> rotary(AxisId axis) const {
-    // A turn by less than half a quarter settles; a quarter and a half turn are the commonest mistakes.
+    // From 0 an offset of less than 45 degrees is found. Larger ones are mostly a quarter or a half turn.
     const auto by = offset({axis}, {0.0, 0.5 * kPi, -0.5 * kPi, kPi});
     if (!by || std::abs((*by)[0]) < kLeastOfZero_rad) return {};
     return positions({axis}, {std::remainder((*by)[0], 2.0 * kPi)});

@@ -118,7 +118,9 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return "The tool" + of_run + " is " + fixed_text(std::abs(c.by_mm.z()), 3) + " mm " +
              (c.by_mm.z() < 0.0 ? "longer" : "shorter") + " than given: put right tool_z_mm in " +
              listed_files(data, c.run) + ", or where that column is missing `length_mm` of [tool] in " +
-             machine_file(machine);
+             machine_file(machine) +
+             (b.wandered_mm > 0.0 ? " (positions of Z that count from another zero by as much look the same)"
+                                  : "");
     case ConventionKind::tool_offset:
       return "The measured point lies " + signed_mm(c.by_mm) +
              " from where tool_x_mm, tool_y_mm, tool_z_mm say, and the readings of " + listed_files(data) +

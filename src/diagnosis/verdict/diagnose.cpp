@@ -720,10 +720,13 @@ bool is_rather_a_function(const Machine& machine, const Dataset& data, const std
   return formula && kNearer * formula->chi2_after * said.dof < said.chi2_after * formula->dof_after;
 }
 
-// Effects that did a part of what the formula does are not missing.
+// Effects that did a part of what the formula does are not missing. Where sets could not be told apart, none
+// is taken away: what the others of a set stand for is open.
 void name_fewer(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
                 Diagnosis& d) {
-  if (d.additions.size() < 2 || (!left_out.empty() && left_out.size() != data.readings.size())) return;
+  if (d.additions.size() < 2 || d.sets.size() > 1 ||
+      (!left_out.empty() && left_out.size() != data.readings.size()))
+    return;
   const Observations o(machine, data);
   std::vector<ModelEffect> needed =
       needed_beside(o, d.base.model, d.additions, d.formula->alone.effects, left_out);
@@ -736,7 +739,11 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
                       (parameters_of(d.additions) - parameters_of(needed));
   if (!again || again->chi2_after > d.formula->chi2_after + pays + kThousandToOne) return;
   const std::vector<std::string> before = std::exchange(d.effects, {});
-  d.additions = std::move(needed);
+  const auto first = static_cast<std::ptrdiff_t>(d.base.model.effects.size());
+  known.effects.insert(known.effects.end(), again->alone.effects.begin(), again->alone.effects.end());
+  const std::vector<ModelEffect> fitted = fit_core(o, known, {.robust = false}, left_out).model.effects;
+  d.additions.assign(fitted.begin() + first,
+                     fitted.begin() + first + static_cast<std::ptrdiff_t>(needed.size()));
   for (const ModelEffect& effect : d.additions) d.effects.push_back(effect.id());
   d.imitators.clear();
   for (const std::string& id : before)
