@@ -15,8 +15,8 @@ bool says_an_axis(std::string_view line) {
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
     const bool begins = i == 0 || !is_letter(line[i - 1]);
     const std::size_t value = line.find_first_not_of("=+-. ", i + 1);
-    if (begins && kLettersOfAxes.find(line[i]) != std::string_view::npos && value != std::string_view::npos &&
-        (is_digit(line[value]) || line[i + 1] == '='))
+    if (begins && kLettersOfAxes.find(upper(line[i])) != std::string_view::npos &&
+        value != std::string_view::npos && (is_digit(line[value]) || line[i + 1] == '='))
       return true;
   }
   return false;
@@ -69,8 +69,7 @@ void check_setup(config::Section& root, const Controller& c) {
     check_lines(*s, "off", c.spindle_off, c);
   }
   if (auto s = root.find_section("coolant")) {
-    static constexpr std::array kKeys = {"off", "flood", "mist", "through_tool", "air"};
-    for (std::size_t i = 0; i < kKeys.size(); ++i) check_lines(*s, kKeys[i], c.coolant[i], c);
+    for (std::size_t i = 0; i < kCoolantNames.size(); ++i) check_lines(*s, kCoolantNames[i], c.coolant[i], c);
   }
 }
 
