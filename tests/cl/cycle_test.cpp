@@ -46,6 +46,14 @@ TEST(Cycle, TheFirstHoleBehindAToolChangeIsApproachedOverItself) {
   EXPECT_EQ(steps(same, 1), (std::vector<Step>{{2, true}, {-5, false}, {2, true}}));
 }
 
+TEST(Cycle, ARapidUnderACycleIsToldOf) {
+  const std::string holes =
+      "LOADTL/4\nRAPID\nGOTO/0,0,40,0,0,1\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/60,0,0\n";
+  const std::string away = "RAPID\nGOTO/60,20,40\n";
+  EXPECT_NE(joined(read(holes + away).findings).find("RAPID under CYCLE"), std::string::npos);
+  EXPECT_EQ(joined(read(holes + "CYCLE/OFF\n" + away).findings), "");
+}
+
 TEST(Cycle, MotionsBehindUnloadAreToldOf) {
   const auto reading = read("LOADTL/4\nGOTO/5,0,30,0,0,1\nUNLOAD/TOOL\nGOTO/9,0,30\n");
   EXPECT_NE(joined(reading.findings).find("UNLOAD is not acted on"), std::string::npos)

@@ -279,8 +279,8 @@ class Drilling {
   void run() {
     if (std::exchange(modal_.rapid_next, false))
       context_.warning_once("rapid under cycle", where_,
-                            "RAPID under CYCLE: its GOTO is a hole, too. If it is a way only, CYCLE/OFF must "
-                            "stand before it");
+                            "RAPID under CYCLE: its GOTO is a hole, too. If the tool only travels there, "
+                            "CYCLE/OFF must stand before it");
     if (!clear_is_proved() || !keeps_pitch()) return;
     // As a control's own cycle: up to the return height, across, and down to where the feed begins.
     double came = leave_;
