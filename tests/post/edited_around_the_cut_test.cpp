@@ -1,5 +1,6 @@
 // Words between the cuts that a control executes and that nothing of the path shows: each is found by the
 // verification.
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <sstream>
 
@@ -104,6 +105,53 @@ TEST_F(EditedAroundTheCut, ASpindleThatTurnsRoundLeavesThePart) {
   const auto up = nc.rfind("G53 G0 Z", turns);
   ASSERT_NE(up, std::string::npos) << nc;
   EXPECT_EQ(nc.substr(up, turns - up).find("G1"), std::string::npos) << nc;
+}
+
+// In the words of every control, with its tool, offset and travel: each such program passes.
+TEST_F(EditedAroundTheCut, ASpindleThatTurnsRoundIsVerifiedOnEveryControl) {
+  const std::string cl =
+      std::string(kHoles) +
+      "RAPID\nGOTO/0,0,60,0.3,0,0.953939\nFEDRAT/400,MMPM\nGOTO/0,0,20,0.3,0,0.953939\n"
+      "SPINDL/400,CCLW\nGOTO/9,0,20,0.3,0,0.953939\nRAPID\nGOTO/9,0,66,0.3,0,0.953939\nFINI\n";
+  for (const std::string& control : test::shipped_controllers()) {
+    const nc::Controller c = test::shipped_controller(control);
+    options_ = {};
+    right(cl, control);
+    options_.rtcp = c.has_tcp();
+    options_.feed = options_.rtcp ? FeedOutput::tip : FeedOutput::inverse;
+    right(cl, control);
+    options_ = {};
+    options_.tilted_plane = c.has_tilted_plane();
+    right(cl, control);
+  }
+}
+
+// The sign of a direction: possible, and mostly wrong. The part would be mirrored.
+TEST_F(EditedAroundTheCut, AMirroredAxisIsDoubtedByPostAndVerify) {
+  machine_.axes[*machine_.axis("X")].direction *= -1.0;
+  const auto told = [](const Diagnostics& diagnostics) {
+    return std::any_of(diagnostics.findings().begin(), diagnostics.findings().end(), [](const auto& f) {
+      return f.text().find("is the part mirrored?") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(told(test::posted(part(kDrill), machine_, options_).diagnostics));
+  machine_.axes[*machine_.axis("X")].direction *= -1.0;
+  EXPECT_FALSE(told(test::posted(part(kDrill), machine_, options_).diagnostics));
+}
+
+// What is said of a cut behind SPINDL/OFF is that, not that there was no SPINDL.
+TEST_F(EditedAroundTheCut, ACutBehindAStoppedSpindleSaysSo) {
+  const auto said = [&](const std::string& spindle) {
+    const auto p = test::posted("PARTNO/S\nUNITS/MM\nLOADTL/4,LENGTH,120.5\n" + spindle +
+                                    "RAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/0,0,20,0,0,1\nFINI\n",
+                                machine_, options_);
+    std::string out;
+    for (const auto& f : p.diagnostics.findings()) out += f.text() + "\n";
+    return out;
+  };
+  EXPECT_NE(said("SPINDL/500,CLW\nSPINDL/OFF\n").find("the spindle was stopped before this cut"),
+            std::string::npos);
+  EXPECT_NE(said("").find("no SPINDL before this cut"), std::string::npos);
 }
 
 // The next block comes down and goes 300 mm sideways, at rapid.

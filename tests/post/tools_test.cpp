@@ -259,6 +259,27 @@ TEST(GaugeLength, ARegisterHoldsOneLength) {
       test::posted("FEDRAT/MMPM,500\nLOADTL/1,ADJUST,6\nGOTO/0,0,0\nFINI\n", machine, options).report);
 }
 
+TEST(GaugeLength, ARegisterWithAnotherToolsNumberIsToldOf) {
+  const std::string cl = "FEDRAT/MMPM,500\nLOADTL/4\nGOTO/0,0,0\nLOADTL/5\nGOTO/0,0,1\nFINI\n";
+  const Machine machine = machine_with(OutputPoint::tip);
+  PostOptions options;
+  const ToolTable crossed = tools_of("tool,length_mm,register\n4,100,5\n5,80,4\n");
+  options.tools.table = &crossed;
+  const auto p = test::posted(cl, machine, options, "fanuc_30i");
+  ASSERT_TRUE(p.report);
+  EXPECT_NE(findings_of(p.diagnostics).find("tool 4 (100 mm) takes length register 5"), std::string::npos);
+  // Registers of their own, and controls whose lengths belong to the tool.
+  const ToolTable apart = tools_of("tool,length_mm,register\n4,100,14\n5,80,15\n");
+  options.tools.table = &apart;
+  EXPECT_EQ(
+      findings_of(test::posted(cl, machine, options, "fanuc_30i").diagnostics).find("takes length register"),
+      std::string::npos);
+  options.tools.table = &crossed;
+  EXPECT_EQ(findings_of(test::posted(cl, machine, options, "siemens_840d_sl").diagnostics)
+                .find("takes length register"),
+            std::string::npos);
+}
+
 TEST(GaugeLength, ToolFileAndClFileThatDifferAreTold) {
   const ToolTable shop = tools_of("tool,length_mm\n1,100\n2,4\n");  // 2: in inches
   PostOptions options;
