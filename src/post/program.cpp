@@ -18,8 +18,8 @@ namespace {
 
 cl::ReaderOptions reading_of(const PostJob& job, const PostOptions& options) {
   cl::ReaderOptions out = reading_within(options.cl, options.tolerance_mm);
-  out.mark_shapes = options.native_arcs.value_or(job.controller->native_arcs) ||
-                    options.native_cycles.value_or(job.controller->native_cycles);
+  out.mark_shapes = options.native_arcs.value_or(job.controller->arcs.native) ||
+                    options.native_cycles.value_or(job.controller->cycles.native);
   return out;
 }
 

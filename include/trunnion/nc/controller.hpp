@@ -59,6 +59,7 @@ enum class PlaneAngles : std::uint8_t {
 struct Controller {
   std::string file;                // where it was read from
   std::vector<std::string> bases;  // files that it stands on, nearest first
+  Template differs_in;             // words that mean something else in the nearest of them, on purpose
   std::string name;                // "LinuxCNC 2.9"
 
   struct Numbers {
@@ -261,6 +262,7 @@ struct Controller {
     Template helix_clockwise, helix_counterclockwise;
     bool center_absolute = false;      // {i} {j} are coordinates, not distances from the start
     double radius_tolerance_mm = 0.0;  // by which the radii to start and end may differ
+    bool native = false;               // `post` writes these words where it is not told otherwise
     const Template& words(bool is_clockwise, bool is_helix) const {
       if (is_helix) return is_clockwise ? helix_clockwise : helix_counterclockwise;
       return is_clockwise ? clockwise : counterclockwise;
@@ -284,6 +286,7 @@ struct Controller {
     bool initial_at_start = false;       // a program that says neither has `to_initial`
     Template off;                        // empty: a cycle is one hole; else it holds until this
     bool dwell_feeds_to_return = false;  // feed_out with a dwell feeds as far as the tool returns
+    bool native = false;                 // as for arcs
     double back_mm = 0.0;  // above the last bottom: where a peck's feed begins, how far chip breaking backs
     const Template& words(const Hole& hole) const {
       if (hole.kind == Hole::Kind::tap)
@@ -311,9 +314,6 @@ struct Controller {
   /// What the control's own numbers for the lines of two rotary axes are called: lines with placeholders of
   /// layer probe (control_numbers.hpp), by the letters of the axes from the bed outwards ("AC"), or "any".
   std::map<std::string, Template> axis_numbers;
-  /// What `post` does when it is not told: arcs and holes in the control's words, or as moves.
-  bool native_arcs = false;
-  bool native_cycles = false;
   /// Words of programs that others wrote (ReaderOptions::others), beside all that stands above.
   struct Input {
     Template inch, millimetre;

@@ -12,6 +12,7 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/section.hpp"
 
+#include "nc/control/base_differences.hpp"
 #include "nc/control/patterns.hpp"
 #include "nc/control/section_reading.hpp"
 #include "nc/control/setup_check.hpp"
@@ -524,6 +525,7 @@ Result<void> read_file_into(const std::string& path, const std::string& base_fol
     if (!done) return done;
   }
   c.name = head->text("name");
+  c.differs_in = head->find_texts("differs_in").value_or(Template{});
   head->finish();
   read_sections(root, c);
   root.finish();
@@ -599,6 +601,13 @@ Result<Controller> load_controller(const std::string& path, Diagnostics& diagnos
   const PatternSet patterns = compile_patterns(c, diagnostics);
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   warn_of_unknown_setup(c, patterns, diagnostics);
+  if (!c.bases.empty()) {
+    Controller base;
+    base.file = c.bases.front();
+    Diagnostics heard_before;
+    if (read_file_into(base.file, base_folder, 0, base, heard_before))
+      warn_of_differences_from_base(c, patterns, base, diagnostics);
+  }
   return c;
 }
 

@@ -132,8 +132,8 @@ void read_shapes(Section& root, Controller& c) {
   });
   in_section(root, "post", [&](Section& s) {
     const std::vector<std::pair<const char*, bool>> choices = {{"native", true}, {"moves", false}};
-    read_choice<bool>(s, "arcs", choices, c.native_arcs);
-    read_choice<bool>(s, "cycles", choices, c.native_cycles);
+    read_choice<bool>(s, "arcs", choices, c.arcs.native);
+    read_choice<bool>(s, "cycles", choices, c.cycles.native);
   });
 }
 

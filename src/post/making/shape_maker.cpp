@@ -58,8 +58,8 @@ Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
   if (tap != nullptr && tap->kind != cl::Hole::Kind::tap) tap = nullptr;
   const bool asked =
       tap != nullptr   ? true
-      : arc != nullptr ? work_.posting.options.native_arcs.value_or(work_.posting.controller.native_arcs)
-                       : work_.posting.options.native_cycles.value_or(work_.posting.controller.native_cycles);
+      : arc != nullptr ? work_.posting.options.native_arcs.value_or(work_.posting.controller.arcs.native)
+                       : work_.posting.options.native_cycles.value_or(work_.posting.controller.cycles.native);
   if (!asked) return false;
   if (tap == nullptr || !work_.spindle.has_tapped()) {
     if (auto done = work_.spindle.resume(); !done) return tl::unexpected(done.error());
