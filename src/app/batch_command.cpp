@@ -119,7 +119,7 @@ Result<void> keep_apart(const BatchCommand& command, const std::vector<post::Bat
     taken.push_back(item.input);
     taken.push_back(item.output);
   }
-  return command.result.apart_from("", taken);
+  return command.result.apart_from(taken);
 }
 
 Result<void> check_use(const BatchCommand& command) {

@@ -34,8 +34,6 @@ Result<std::optional<nc::Controller>> controller_of(const CalibrateCommand& comm
 ExitCode run(const CalibrateCommand& command) {
   auto taken = command.data;
   taken.push_back(command.machine);
-  if (const auto apart = command.result.apart_from(command.out, taken); !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto machine = load_machine_or_named(command.machine, diagnostics);
   if (!machine) return print_failure(diagnostics, machine.error());

@@ -109,7 +109,6 @@ std::string position_text(const Machine& machine, const JointVector& q) {
 }
 
 ExitCode run(const MachineCheckCommand& command) {
-  if (const auto apart = command.result.apart_from(""); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());

@@ -45,8 +45,6 @@ std::string text_of(const Machine& machine, const nc::Controller& controller) {
 }
 
 ExitCode run(const MachineCommand& command) {
-  if (const auto apart = command.result.apart_from(command.program); !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());

@@ -341,9 +341,6 @@ std::string published(const MakerMachine& like) {
 }
 
 ExitCode run(const MachineNewCommand& command) {
-  if (const auto apart = command.result.apart_from(command.output, {command.from.ini, command.from.numbers});
-      !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   auto draft = from_options(command, diagnostics);
   if (!draft) return print_failure(diagnostics, draft.error());

@@ -156,12 +156,6 @@ ExitCode run_trace(TraceImport& command) {
     return print_error({ErrorCode::wrong_use, "--model-out needs --program and --against", "", {}});
   if (command.program == "-" || command.against.file == "-")
     return print_error({ErrorCode::wrong_use, "--program and --against are files, not -", "", {}});
-  const auto apart =
-      command.result.apart_from(command.out,
-                                {command.file, command.program, command.against.file, command.machine.machine,
-                                 command.machine.controller, command.tools.tools},
-                                {{"--model-out", command.model_out}});
-  if (!apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto imported = import_trace(command, diagnostics);
   if (!imported) return print_failure(diagnostics, imported.error());
@@ -178,7 +172,6 @@ ExitCode run_trace(TraceImport& command) {
 
 template <class Import>
 int run(const MeasurementsOptions& options, const Import& import) {
-  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   const auto text = read_file(options.file);
   if (!text) return print_error(text.error());
   Diagnostics diagnostics;
@@ -207,7 +200,6 @@ struct TemplateOptions {
 };
 
 int run_template(const TemplateOptions& options) {
-  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return exit;

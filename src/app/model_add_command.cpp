@@ -52,8 +52,6 @@ int run(const ModelAddOptions& options) {
   int exit = kDone;
   const auto keys = variant(options.with);
   if (!keys) return kWrongUse;
-  if (const auto apart = options.files.result.apart_from(options.out); !apart)
-    return print_error(apart.error());
   if (options.files.machine.empty()) {
     spdlog::error("error: model add needs the machine file (-m): effects are those of a machine's axes");
     return kWrongUse;

@@ -6,6 +6,7 @@
 #include "trunnion/report/diagnosis_json.hpp"
 #include "trunnion/report/model_page.hpp"
 
+#include "app/file_roles.hpp"
 #include "app/model_inputs.hpp"
 #include "app/progress.hpp"
 
@@ -19,14 +20,11 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   auto formula = std::make_shared<std::string>();
   files->add_to(*command);
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
-  command->add_option(
-      "--formula", *formula,
-      "writes the formula that follows what no effect of the library explains, as a model file");
+  command
+      ->add_option("--formula", *formula,
+                   "write the formula that follows what no effect of the library explains, as a model file")
+      ->type_name(kFileToWrite);
   command->callback([files, also, formula, &exit] {
-    if (const auto apart = files->result.apart_from(*formula); !apart) {
-      exit = print_error(apart.error());
-      return;
-    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     const auto extra = read_competing(*also, in->machine, in->model.context, exit);

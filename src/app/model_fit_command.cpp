@@ -19,10 +19,6 @@ void add_model_fit_command(CLI::App& model, int& exit) {
   command->add_option("-o,--output", *out, "the fitted model file")->required();
   command->add_flag("--no-robust", *plain, "keep outliers");
   command->callback([files, out, plain, &exit] {
-    if (const auto apart = files->result.apart_from(*out); !apart) {
-      exit = print_error(apart.error());
-      return;
-    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     auto result = [&] {

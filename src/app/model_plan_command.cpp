@@ -16,10 +16,6 @@ void add_model_plan_command(CLI::App& model, int& exit) {
   files->add_to(*command);
   command->add_option("-o,--output", *out, "write the runs as a plan file");
   command->callback([files, out, &exit] {
-    if (const auto apart = files->result.apart_from(*out); !apart) {
-      exit = print_error(apart.error());
-      return;
-    }
     const auto in = read_inputs(*files, exit);
     if (!in) return;
     const auto result = [&] {

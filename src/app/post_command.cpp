@@ -189,20 +189,6 @@ ExitCode finish(const PostCommand& command, const MachineFiles& files, const pos
   return outcome.passed ? kDone : kCheckFailed;
 }
 
-std::vector<std::string> inputs(const PostCommand& command) {
-  const PostCliOptions& o = command.options;
-  return {command.cl_file,
-          command.machine.machine,
-          command.machine.controller,
-          command.from.machine,
-          command.from.controller,
-          o.model,
-          o.offsets,
-          o.thermal_model,
-          o.temperatures,
-          o.tools.tools};
-}
-
 // A program of an earlier run, at which somebody may look when this one fails.
 class OldFile {
  public:
@@ -224,8 +210,6 @@ class OldFile {
 };
 
 ExitCode run(const PostCommand& command) {
-  if (const auto apart = command.result.apart_from(command.output, inputs(command)); !apart)
-    return print_error(apart.error());
   if (command.filter) spdlog::set_level(std::max(spdlog::get_level(), spdlog::level::warn));
   Diagnostics diagnostics;
   auto inputs_read = read_post_inputs(command, diagnostics);

@@ -159,7 +159,6 @@ Result<void> read_back(const Machine& machine, const nc::Controller& controller,
 }
 
 ExitCode run(const ProgramCommand& command) {
-  if (const auto apart = command.result.apart_from(command.out); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());
@@ -279,8 +278,6 @@ struct ReadCommand {
 };
 
 ExitCode run(const ReadCommand& command) {
-  if (const auto apart = command.result.apart_from(command.out, {command.log, command.program}); !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto files = load_with_controller(command.machine, diagnostics);
   if (!files) return print_failure(diagnostics, files.error());

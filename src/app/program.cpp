@@ -17,6 +17,7 @@
 #include "trunnion/base/failure.hpp"
 #include "trunnion/base/printable.hpp"
 
+#include "app/file_roles.hpp"
 #include "app/options.hpp"
 #include "app/support.hpp"
 #include "app/wrong_use.hpp"
@@ -123,7 +124,10 @@ int run(int argc, char** argv) {
   root.add_option("--color", color, "colour of messages: on a terminal, unless NO_COLOR is set (auto)")
       ->check(CLI::IsMember({"auto", "always", "never"}))
       ->capture_default_str();
-  root.parse_complete_callback([&] { set_up_log(quiet, verbose, wants_color(color)); });
+  root.parse_complete_callback([&] {
+    set_up_log(quiet, verbose, wants_color(color));
+    check_options_together(root);
+  });
   int exit = kDone;
   register_commands(root, exit, argc, argv);
   try {

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -14,12 +13,6 @@ namespace trunnion::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_device(const std::string& file) {
-  std::error_code ec;
-  const fs::file_status status = fs::status(file, ec);
-  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
 
 }  // namespace
 
@@ -38,31 +31,15 @@ void ResultOptions::add_to(CLI::App& command) {
   command.add_option("--report", report, "write a self-contained HTML page");
 }
 
-Result<void> ResultOptions::apart_from(const std::string& output, const std::vector<std::string>& taken,
-                                       const std::vector<std::pair<std::string, std::string>>& more) const {
+Result<void> ResultOptions::apart_from(const std::vector<std::string>& taken) const {
   std::set<std::string> kept;
   for (const std::string& file : taken) {
     if (!file.empty() && file != "-") kept.insert(resolved_path(file));
   }
-  std::vector<std::pair<std::string, std::string>> written = {
-      {"-o", output}, {"--json", json}, {"--report", report}};
-  written.insert(written.end(), more.begin(), more.end());
-  std::map<std::string, std::string> outputs;  // place, option
-  for (const auto& [option, file] : written) {
-    if (file.empty() || is_device(file)) continue;
-    const auto place = file == "-" ? file : resolved_path(file);
-    const auto [other, is_new] = outputs.emplace(place, option);
-    if (!is_new && file == "-") {
+  for (const auto& [option, file] : {std::pair("--json", &json), std::pair("--report", &report)}) {
+    if (!file->empty() && *file != "-" && kept.contains(resolved_path(*file)))
       return fail(ErrorCode::wrong_use,
-                  other->second + " - and " + option + " - both want standard output; name a file for one");
-    }
-    if (!is_new) {
-      return fail(ErrorCode::wrong_use, other->second + " and " + option + " name the same file " + file);
-    }
-    if (file != "-" && kept.contains(place)) {
-      return fail(ErrorCode::wrong_use,
-                  option + " would overwrite " + file + ", which this command reads or writes");
-    }
+                  std::string(option) + " would overwrite " + *file + ", which this command reads or writes");
   }
   return {};
 }

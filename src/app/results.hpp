@@ -22,11 +22,9 @@ struct ResultOptions {
   void add_to(CLI::App& command);
   /// Standard output belongs to the JSON object.
   bool json_on_stdout() const { return json == "-"; }
-  /// Fails with wrong_use when two of the command's own output, the JSON and the page are one file or both go
-  /// to standard output, or when one of them is a file of `taken`, which the command reads or writes.
-  /// `more`: further files that it writes, each behind its option.
-  Result<void> apart_from(const std::string& output, const std::vector<std::string>& taken = {},
-                          const std::vector<std::pair<std::string, std::string>>& more = {}) const;
+  /// Fails with wrong_use when the JSON or the page is one of `taken`, which the command reads or writes
+  /// without naming them (check_options_together knows those that it names).
+  Result<void> apart_from(const std::vector<std::string>& taken) const;
   /// The shapes of the machine file that the page shows; none where no page is asked for.
   Result<std::vector<BodyMesh>> bodies_of(const Machine& machine, Diagnostics& diagnostics) const;
   /// Writes what is asked for: the JSON, the page, and `text` (for people, none when empty) to standard

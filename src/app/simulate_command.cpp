@@ -20,7 +20,6 @@ struct SimulateFlags {
 };
 
 int run(const SimulateFlags& options) {
-  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   int exit = kDone;
   const auto machine = read_machine(options.machine, exit);
   if (!machine) return exit;

@@ -75,7 +75,6 @@ Result<diagnosis::StandardSetUp> set_up_of(const StandardPlanOptions& options) {
 }
 
 ExitCode run(StandardPlanOptions& options) {
-  if (const auto apart = options.result.apart_from(options.out); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   if (const auto loaded = options.path.load({options.machine, ""}, diagnostics); !loaded)
     return print_failure(diagnostics, loaded.error());

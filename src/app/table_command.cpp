@@ -413,7 +413,6 @@ Result<Said> study(const TableOptions& options, Diagnostics& diagnostics) {
 using Work = Result<Said> (*)(const TableOptions&, Diagnostics&);
 
 ExitCode run(const TableOptions& options, Work work) {
-  if (const auto apart = options.result.apart_from(options.output); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto said = work(options, diagnostics);
   if (!said) return print_failure(diagnostics, said.error());

@@ -106,8 +106,6 @@ Result<void> check_said_axes(const ThermalOptions& options, const Log& log) {
 }
 
 ExitCode run_fit(const ThermalOptions& options) {
-  if (const auto apart = options.result.apart_from(options.output.value_or("")); !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   const auto prepared = prepare_for_fit(options, diagnostics);
   if (!prepared) return print_failure(diagnostics, prepared.error());
@@ -142,8 +140,6 @@ ExitCode run_fit(const ThermalOptions& options) {
 }
 
 ExitCode run_predict(const ThermalOptions& options) {
-  if (const auto apart = options.result.apart_from(options.output.value_or("-")); !apart)
-    return print_error(apart.error());
   Diagnostics diagnostics;
   auto model = load_model(options.model, diagnostics);
   if (!model) return print_failure(diagnostics, model.error());
@@ -185,7 +181,6 @@ struct ImportWords {
 };
 
 ExitCode run_import(const ImportWords& words) {
-  if (const auto apart = words.result.apart_from(words.output); !apart) return print_error(apart.error());
   Diagnostics diagnostics;
   const auto text = read_file(words.file);
   if (!text) return print_error(text.error());
@@ -208,7 +203,7 @@ void add_import(CLI::App& command, int& exit) {
   CLI::App* sub =
       command.add_subcommand("import", "another program's log into ours: sensors end in _C, channels in _um");
   sub->add_option("file", words->file)->required();
-  sub->add_option("-o,--output", words->output, "log to write (- is standard output)");
+  sub->add_option("-o,--output", words->output, "log to write (- is standard output)")->default_str("-");
   sub->add_option("--time", words->options.time_column,
                   "column of the time, numbers or dates [time_s, time, timestamp, datetime, date or zeit]");
   sub->add_option("--step-s", words->options.step_s, "the file has no time: its rows are so far apart")
@@ -278,7 +273,8 @@ void add_thermal_command(CLI::App& root, int& exit) {
   sub = command->add_subcommand("predict", "offsets over time, with sigma");
   sub->add_option("model", predicting->model, "thermal model")->required();
   sub->add_option("log", predicting->logs, "temperature logs")->required();
-  sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)");
+  sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)")
+      ->default_str("-");
   sub->add_option("--run", predicting->run, "one run of the log");
   sub->add_option("--measure-every-min", predicting->measure_every_min,
                   "how often the log's measurements are made known (default: as the model was validated)")

@@ -6,6 +6,7 @@
 #include "trunnion/report/thermal_report.hpp"
 #include "trunnion/thermal/assess.hpp"
 
+#include "app/file_roles.hpp"
 #include "app/results.hpp"
 #include "app/support.hpp"
 #include "app/thermal_serve.hpp"
@@ -24,7 +25,6 @@ struct ThermalSampleFlags {
 };
 
 ExitCode run_simulate(const ThermalSampleFlags& options) {
-  if (const auto apart = options.result.apart_from(options.output); !apart) return print_error(apart.error());
   ImpellerDays days = options.days;
   days.hidden_effects = !options.no_hidden;
   const SimulatedDays made = simulate(days);
@@ -77,7 +77,7 @@ void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
   CLI::App* sub =
       thermal.add_subcommand("simulate", "impeller days of a simulated machine, with their truth");
   sub->add_option("-o,--output", making->output, "temperature log to write")->required();
-  sub->add_option("--truth", making->truth, "what really happened");
+  sub->add_option("--truth", making->truth, "write the true drift to this file")->type_name(kFileToWrite);
   sub->add_option("--impellers", making->days.impellers)->check(CLI::Range(1, 1000))->capture_default_str();
   sub->add_option("--blades", making->days.blades)->check(CLI::Range(1, 100))->capture_default_str();
   sub->add_option("--seed", making->days.day_seed, "of the days")->capture_default_str();

@@ -181,6 +181,8 @@ void warn_of_differences_from_base(const Controller& own, const PatternSet& own_
   Comparison comparison(own, base, diagnostics);
   comparison.words(here, there);
   comparison.values(here, there);
+  // The words that controls share (iso.toml) are no control: what they need in a setup each of them decides.
+  if (base.bases.empty()) return;
   comparison.left_out();
   comparison.choices();
 }
