@@ -271,6 +271,7 @@ struct Controller {
   /// Words of CutterCompensation, by CutterSide; empty: it has none that adds what a register holds and
   /// nothing else.
   std::array<Template, 3> cutter_compensation;
+  bool wear_register_is_tool = false;  // the number is that of a tool, whose whole diameter counts
   /// Drilling cycles. {x} {y} of the hole (without them: where the tool stands), {clear} {bottom} as
   /// coordinates of Z, {depth} from the first to the second (negative), {back} to which the tool returns,
   /// {rise} to it from {clear}, {step}, {seconds} or {milliseconds}, {feed} (without it: the F in force). No

@@ -189,6 +189,7 @@ void read_compensation(Section& root, Controller& c) {
     read_template(s, "off", {}, c.cutter_compensation[0]);
     read_template(s, "left", {P::number}, c.cutter_compensation[1]);
     read_template(s, "right", {P::number}, c.cutter_compensation[2]);
+    read_into(s, "register_is_tool", c.wear_register_is_tool);
     for (std::size_t i = 1; i < 3; ++i) {
       if (c.cutter_compensation[0].empty() || !holds(c.cutter_compensation[i], P::number))
         s.error("off", "'left', 'right' and 'off' go together, the first two with {number}");

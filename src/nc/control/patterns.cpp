@@ -406,7 +406,8 @@ PatternSet compile_patterns(const Controller& c, Diagnostics& diagnostics) {
   }
   compiler.add(c.stops.program, {EventKind::stop, 0}, "[stop] program");
   compiler.add(c.stops.optional, {EventKind::stop, 1}, "[stop] optional");
-  compiler.add_silent(c.run_time.begin, "[run_time] begin");
+  for (std::size_t i = 0; i < c.run_time.begin.size(); ++i)
+    compiler.add({c.run_time.begin[i]}, {EventKind::latch_begin, static_cast<int>(i)}, "[run_time] begin");
   compiler.add_silent(c.program.setup, kSetup);
   compiler.add_silent(c.silent, kReadSilent);
   for (std::size_t i = 0; i < c.allowed.size(); ++i)

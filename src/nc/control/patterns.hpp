@@ -44,6 +44,7 @@ enum class EventKind : std::uint8_t {
   length_or_tcp_off,  // one word ends both
   work_offset,        // argument: index
   offset_shift,       // argument: OffsetShift::Kind
+  latch_begin,        // argument: its line
   latch,
   run_time_step,  // argument: RunTimeStep::Kind, or kSubtract
   path_mode,      // argument: PathModeKind

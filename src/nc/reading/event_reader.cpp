@@ -62,6 +62,8 @@ void EventReader::run(const FoundEvent& found) {
       return run_work_offset(found.event.argument);
     case EventKind::offset_shift:
       return run_offset_shift(found);
+    case EventKind::latch_begin:
+      return run_latch_begin(found);
     case EventKind::latch:
       return run_latch(found);
     case EventKind::run_time_step:
@@ -248,7 +250,22 @@ void EventReader::run_offset_shift(const FoundEvent& found) {
   s_.emit(now);
 }
 
+// The control keeps its variables when it is switched off: what an earlier program left in them is no drift.
+void EventReader::run_latch_begin(const FoundEvent& found) {
+  const Template& lines = s_.c.run_time.begin;
+  if (latched_)
+    return s_.error(found, "'" + lines[static_cast<std::size_t>(found.event.argument)] +
+                               "' sets a value back that motions use already: they would jump by all of it");
+  begun_.insert(found.event.argument);
+}
+
 void EventReader::run_latch(const FoundEvent& found) {
+  const Template& lines = s_.c.run_time.begin;
+  for (std::size_t i = 0; !latched_ && i < lines.size(); ++i)
+    if (!begun_.contains(static_cast<int>(i)))
+      return s_.error(found,
+                      "the values of the run are taken here for the first time, and '" + lines[i] +
+                          "' is missing before it: motions would begin with what an earlier program left");
   const int decimals = s_.language.format.decimals(AxisLetter::X);
   LatchValues now;
   now.first = !std::exchange(latched_, true);

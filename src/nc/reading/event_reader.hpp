@@ -1,4 +1,6 @@
 #pragma once
+#include <set>
+
 #include "nc/reading/read_state.hpp"
 #include "nc/reading/shape_reader.hpp"
 
@@ -24,6 +26,7 @@ class EventReader {
   void run_tcp(bool on, std::int64_t offset);
   void run_work_offset(std::int64_t index);
   void run_offset_shift(const FoundEvent& found);
+  void run_latch_begin(const FoundEvent& found);
   void run_latch(const FoundEvent& found);
   void run_run_time_step(const FoundEvent& found);
   void run_path_mode(const FoundEvent& found);
@@ -38,6 +41,7 @@ class EventReader {
   ReadState& s_;
   ShapeReader& shapes_;
   bool latched_ = false;                              // values at run time have been
+  std::set<int> begun_;                               // lines of [run_time] begin, by their numbers
   std::optional<std::array<std::int64_t, 3>> shift_;  // beside the work offset
 };
 

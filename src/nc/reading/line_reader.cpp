@@ -306,6 +306,14 @@ void LineReader::run_motion(LineMotion& m) {
 void LineReader::read(std::string_view text) {
   ++s_.findings.line;
   if (s_.findings.given_up) return;
+  if (s_.findings.line == 1) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte order mark of UTF-8
+    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF")) {
+      s_.error(1, "UTF-16 text: save the program as ASCII or UTF-8");
+      s_.findings.given_up = true;
+      return;
+    }
+  }
   const char* const begin = text.data();
   const char* end = begin + text.size();
   while (end != begin && is_blank(end[-1])) --end;
@@ -637,9 +645,10 @@ void LineReader::run_events(const std::vector<FoundEvent>& events, LineMotion& m
 
 bool LineReader::excludes_motion(EventKind kind) {
   return kind == EventKind::tool || kind == EventKind::dwell || kind == EventKind::retract ||
-         kind == EventKind::offset_shift || kind == EventKind::latch || kind == EventKind::run_time_step ||
-         kind == EventKind::arc || kind == EventKind::cycle || kind == EventKind::probe ||
-         kind == EventKind::plane_on || kind == EventKind::plane_off || kind == EventKind::program_start;
+         kind == EventKind::offset_shift || kind == EventKind::latch_begin || kind == EventKind::latch ||
+         kind == EventKind::run_time_step || kind == EventKind::arc || kind == EventKind::cycle ||
+         kind == EventKind::probe || kind == EventKind::plane_on || kind == EventKind::plane_off ||
+         kind == EventKind::program_start;
 }
 
 // The drive would work against the brake.
