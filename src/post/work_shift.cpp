@@ -1,5 +1,7 @@
 #include "post/work_shift.hpp"
 
+#include "trunnion/base/number_text.hpp"
+
 namespace trunnion::post {
 namespace {
 
@@ -101,6 +103,21 @@ void WorkShift::read(const nc::OffsetShift& shift) {
 ShiftWords WorkShift::words(bool tcp) const {
   const auto it = set_.find(active_);
   return it == set_.end() ? added_ : ShiftWords(added_ + it->second - work_offset_words(machine_, tcp));
+}
+
+std::string WorkShift::left_behind(bool tcp) const {
+  const auto xyz = [](const ShiftWords& words) {
+    return "X" + shortest_text(words[0]) + " Y" + shortest_text(words[1]) + " Z" + shortest_text(words[2]);
+  };
+  if (!added_.isZero(0.0)) return "the shift " + xyz(added_) + " is still in force";
+  const nc::OffsetShift before = none(tcp, nc::OffsetShift::Kind::set);
+  for (const auto& [index, value] : set_) {
+    if (index != active_) return "work offset " + std::to_string(index) + ", which it does not use, was set";
+    if (value != internal(before))
+      return "work offset " + std::to_string(index) + " holds " + xyz(value) + ", and not " +
+             xyz(internal(before)) + " again";
+  }
+  return {};
 }
 
 JointVector WorkShift::moved(const JointVector& q, const ShiftWords& change, bool tcp) const {

@@ -47,6 +47,10 @@ class WorkShift {
   /// The block that leaves the work offset as it was.
   nc::OffsetShift none(bool tcp, nc::OffsetShift::Kind kind) const;
 
+  /// What a program that ends now leaves to the next one: a shift that is still added, an offset that is not
+  /// the machine file's again, or one that was never called. Empty: all is as it was. `tcp`: as for `block`s
+  /// that set.
+  std::string left_behind(bool tcp) const;
   /// Nothing has been added or set.
   bool is_idle() const { return set_.empty() && added_.isZero(0.0); }
   void read(const nc::OffsetShift& shift);

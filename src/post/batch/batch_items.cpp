@@ -28,7 +28,11 @@ bool is_cl_file(const fs::path& path) {
 // Which files of a folder are its inputs.
 struct Wanted {
   bool nc_too = false;
-  bool takes(const fs::path& path) const { return is_cl_file(path) || (nc_too && is_nc_file(path.string())); }
+  // Hidden files are somebody else's: copies of editors, what a Mac puts beside each file (._part.cls).
+  bool takes(const fs::path& path) const {
+    if (path.filename().string().starts_with('.')) return false;
+    return is_cl_file(path) || (nc_too && is_nc_file(path.string()));
+  }
 };
 
 std::string output_for(const fs::path& relative, const std::string& folder) {

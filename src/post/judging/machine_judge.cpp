@@ -120,6 +120,10 @@ void MachineJudge::take_axes(std::uint16_t mask, std::uint32_t nc_line) {
   if (program_judge_) program_judge_->take_axes(mask, nc_line);
 }
 
+void MachineJudge::find_offset(const std::string& what, std::uint32_t nc_line) {
+  if (program_judge_) program_judge_->find(CheckOf::offsets, nc_line, [&] { return what; });
+}
+
 bool MachineJudge::is_within_known(const BlockEnd& end) const {
   if (!progress_.started || progress_.away || end.rapid || end.in_cycle || end.tcp ||
       path_.target() == nullptr)

@@ -69,6 +69,8 @@ class MachineJudge {
   void add(const InSpindle& tool);
   void mark(const nc::Block& block, std::uint32_t nc_line);
   void take_axes(std::uint16_t mask, std::uint32_t nc_line);
+  /// What the program leaves of shifted offsets is not as it should be.
+  void find_offset(const std::string& what, std::uint32_t nc_line);
   /// Motions that nothing stands between: those that change no figure of the report are judged from columns.
   /// How many have been taken, from the first one on; the others are to be taken one by one.
   /// @param may  their words say where all axes stand, on the CL path

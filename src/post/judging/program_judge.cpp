@@ -377,6 +377,12 @@ void ProgramJudge::check_cut(const AskedState& asked, std::uint32_t nc_line) {
   }
   if (told_.cutter().side != asked.cutter.side || told_.cutter().number != asked.cutter.number)
     find_cutter(asked, nc_line);
+  else if (told_.cutter().side != nc::CutterSide::off && controller_.wear_register_is_tool &&
+           told_.cutter().number == told_.tool().value_or(1))
+    find(CheckOf::path, nc_line, [&] {
+      return "D" + std::to_string(told_.cutter().number) +
+             " is the tool in the spindle: the control adds half its diameter, not its wear";
+    });
   const auto& mode = told_.path_mode();
   const auto& wanted = controller_.default_path_mode;
   const auto& smoothing = options_.smoothing_mm;

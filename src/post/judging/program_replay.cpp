@@ -60,8 +60,7 @@ void ProgramReplay::take(const nc::Block& block) {
                  [&](const nc::Arc& b) { take(b); }, [&](const nc::Hole& b) { take(b); },
                  [&](const nc::TcpControl& b) { take(b); }, [&](const nc::Retract& b) { take(b); },
                  [&](const nc::ToolCall& b) { take(b); }, [&](const nc::Spindle& b) { take(b); },
-                 [&](const nc::TiltedPlane& b) { take(b); },
-                 [&](const nc::ProgramEnd&) { walk_.needs_height("the program ends", line()); },
+                 [&](const nc::TiltedPlane& b) { take(b); }, [&](const nc::ProgramEnd&) { end(); },
                  [&](const nc::CutterCompensation& b) { in_force_.switch_cutter(b.side); },
                  [&](const nc::LengthCompensation& b) { take(b); },
                  [&](const nc::WorkOffset& b) { in_force_.shift.read(b); },
@@ -70,6 +69,14 @@ void ProgramReplay::take(const nc::Block& block) {
                  [&](const nc::Comment& b) { hand_on(b); }, [&](const nc::Dwell& b) { hand_on(b); },
                  [](const auto&) {}},
       block);
+}
+
+void ProgramReplay::end() {
+  walk_.needs_height("the program ends", line());
+  const std::string left = in_force_.shift.left_behind(had_tcp_);
+  if (!left.empty())
+    judges_.front()->find_offset("the program ends, and " + left + ": the next one would run with it",
+                                 line());
 }
 
 void ProgramReplay::take(const nc::Motion& motion, const nc::VariableMotion* terms, const Done& done) {
@@ -160,6 +167,7 @@ void ProgramReplay::take(const nc::LengthCompensation& length) {
 void ProgramReplay::take(const nc::TcpControl& control) {
   if (controller_.tcp.replaces_length && controller_.length.moves_at_once) walk_.changes_length(line());
   in_force_.tcp = control.on;
+  had_tcp_ = had_tcp_ || control.on;
   if (controller_.tcp.replaces_length) in_force_.add_length(false);
 }
 

@@ -80,6 +80,10 @@ Result<void> Pipeline::emit_run() {
     work_.now.motion = i;
     for (; event < events.size() && events[event].before == i; ++event) {
       if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
+        // Behind a stop, too, a hole begins with the rapid over it.
+        if (i < chunk.size() && chunk.motion(i).point.rapid) {
+          if (auto done = safe_way_.come_back(chunk.motion(i)); !done) return done;
+        }
         const auto taken = shapes_.make(*begin->shape, i);
         if (!taken) return tl::unexpected(taken.error());
         if (!*taken) continue;
@@ -94,7 +98,9 @@ Result<void> Pipeline::emit_run() {
     if (i == chunk.size()) break;
     const ChunkMotion motion = chunk.motion(i);
     if (auto done = work_.spindle.resume(); !done) return done;
-    if (!motion.point.rapid) work_.spindle.warn_before_cut(motion.point.where);
+    if (!motion.point.rapid) {
+      if (auto done = work_.spindle.check_before_cut(motion.point.where); !done) return done;
+    }
     if (work_.at.returns) {
       if (auto done = safe_way_.come_back(motion); !done) return done;
     }

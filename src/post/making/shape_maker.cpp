@@ -63,6 +63,8 @@ Result<bool> ShapeMaker::make(const cl::Shape& shape, std::size_t i) {
   if (!asked) return false;
   if (tap == nullptr || !work_.spindle.has_tapped()) {
     if (auto done = work_.spindle.resume(); !done) return tl::unexpected(done.error());
+    if (auto done = work_.spindle.check_before_cut(work_.now.chunk->points[i].where); !done)
+      return tl::unexpected(done.error());
   }
   Result<bool> taken = false;
   if (may_make(i, shape.all_motions())) {
@@ -183,6 +185,8 @@ std::string ShapeMaker::no_tap(const cl::Hole& hole) const {
   nc::Hole block;
   block.kind = nc::Hole::Kind::tap;
   std::string why = "the rotary axes must stand, and the tool along Z of the words";
+  if (work_.at.returns || work_.at.approaches)
+    why = "the tool comes from the safe height: a RAPID to a point over the hole is missing";
   if (work_.spindle.spindle().turn == nc::SpindleTurn::off) {
     why = "the spindle does not turn (SPINDL before it)";
   } else if (work_.posting.controller.cycles.words(block).empty()) {

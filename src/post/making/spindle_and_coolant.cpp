@@ -26,6 +26,7 @@ Result<std::optional<nc::Spindle>> SpindleAndCoolant::ask(const cl::Spindle& s, 
     return std::optional<nc::Spindle>();
   };
   is_said_ = true;
+  said_for_ = tool_;
   if (s.state == cl::Spindle::State::off) {
     spindle_ = {};
     is_said_ = false;
@@ -79,9 +80,15 @@ void SpindleAndCoolant::tool_called(std::uint32_t number) {
   resumes_ = true;
 }
 
-void SpindleAndCoolant::warn_before_cut(SourceRef where) {
-  if (std::exchange(is_said_, true)) return;
+Result<void> SpindleAndCoolant::check_before_cut(SourceRef where) {
+  if (std::exchange(is_said_, true)) return {};
   const std::string& file = posting_.job.cl_file;
+  if (spindle_.turn == nc::SpindleTurn::counterclockwise && said_for_ != tool_)
+    return fail(
+        ErrorCode::wrong_input,
+        "no SPINDL since the tool was loaded, and the tool before turned counterclockwise: say which way "
+        "this one turns",
+        file, where);
   if (spindle_.turn == nc::SpindleTurn::off) {
     posting_.diagnostics.warning(
         file, where,
@@ -92,6 +99,7 @@ void SpindleAndCoolant::warn_before_cut(SourceRef where) {
                                  "no SPINDL since the tool was loaded: it turns at the " +
                                      std::to_string(spindle_.rpm) + " rpm of the tool before");
   }
+  return {};
 }
 
 void SpindleAndCoolant::tell_new_diameter() {

@@ -37,8 +37,9 @@ class SpindleAndCoolant {
     resumes_ = true;
   }
   /// Before a cut: warns where the CL file has said nothing of the spindle since the tool was loaded, or has
-  /// switched it off.
-  void warn_before_cut(SourceRef where);
+  /// switched it off. Fails with wrong_input where another tool before turned to the left: this one would,
+  /// too.
+  Result<void> check_before_cut(SourceRef where);
   /// Before the next motion: what was asked for, where a tool change has ended it or none was said yet.
   Result<void> resume();
 
@@ -53,7 +54,7 @@ class SpindleAndCoolant {
   double moved_with_mm_ = 0.0;       // the diameter with which the tool at hand has moved; 0: none was known
   bool speed_has_diameter_ = false;  // rpm_ was made from a surface speed and this diameter
   bool has_moved_ = false;           // since the diameter was given
-  std::optional<std::uint32_t> tool_;
+  std::optional<std::uint32_t> tool_, said_for_;  // in the spindle; when SPINDL was said last
   nc::Spindle spindle_;
   unsigned coolant_ = 0;  // bit per kind
   bool is_said_ = false;  // of the spindle, for the tool at hand, or it was warned of
