@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <set>
 #include <spdlog/spdlog.h>
 
@@ -21,6 +22,11 @@ std::string& command_line() {
 bool is_closed_pipe(const Error& error) {
   return error.code == ErrorCode::io_failed && error.file == "-" &&
          error.message.ends_with(std::strerror(EPIPE));  // NOLINT(concurrency-mt-unsafe)
+}
+
+spdlog::level::level_enum level_of(Severity severity) {
+  if (severity == Severity::error) return spdlog::level::err;
+  return severity == Severity::warning ? spdlog::level::warn : spdlog::level::info;
 }
 
 }  // namespace
@@ -61,14 +67,21 @@ ExitCode exit_code(ErrorCode code) {
 }
 
 void print(const Diagnostics& diagnostics) {
-  // A file that is read for each of several programs has the same findings each time.
+  // A file that is read for each of several programs has the same findings each time; one of the wrong kind
+  // has one in every row.
+  constexpr std::size_t kMost = 20;  // of a file and a severity: a screen
   std::set<std::string> said;
+  std::map<std::pair<std::string, Severity>, std::size_t> count;
   for (const Finding& finding : diagnostics.findings()) {
-    if (!said.insert(finding.text()).second) continue;
-    const auto level = finding.severity == Severity::error     ? spdlog::level::err
-                       : finding.severity == Severity::warning ? spdlog::level::warn
-                                                               : spdlog::level::info;
-    spdlog::log(level, "{}", finding.text());
+    if (count[{finding.file, finding.severity}] > kMost || !said.insert(finding.text()).second) continue;
+    if (++count[{finding.file, finding.severity}] > kMost) {
+      spdlog::log(level_of(finding.severity), "{}: more {} follow, which are not listed", finding.file,
+                  finding.severity == Severity::error     ? "errors"
+                  : finding.severity == Severity::warning ? "warnings"
+                                                          : "notes");
+      continue;
+    }
+    spdlog::log(level_of(finding.severity), "{}", finding.text());
   }
 }
 

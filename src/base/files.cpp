@@ -50,6 +50,14 @@ Result<void> require_end(int descriptor, const std::string& path) {
               path);
 }
 
+// The byte order mark of UTF-8, which editors under Windows write, is no part of the text.
+Result<std::string> without_mark(std::string text, const std::string& path) {
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    return fail(ErrorCode::wrong_input, "UTF-16 text: save the file as UTF-8", path);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  return text;
+}
+
 // A hidden name in the folder of `target`, for what `make` makes there. It is as short for a long name, and
 // one that a killed process of the same number left is passed over. Nothing when `make` fails.
 template <class Make>
@@ -68,14 +76,15 @@ std::optional<std::string> name_beside(const std::string& target, const Make& ma
 }  // namespace
 
 Result<std::string> read_file(const std::string& path) {
-  if (path == "-") return read_descriptor(STDIN_FILENO, "<stdin>");
+  const auto unmarked = [&](std::string text) { return without_mark(std::move(text), path); };
+  if (path == "-") return read_descriptor(STDIN_FILENO, "<stdin>").and_then(unmarked);
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return fail(ErrorCode::io_failed, "cannot open: " + reason(), path);
   const auto has_end = require_end(descriptor, path);
   auto out =
       has_end ? read_descriptor(descriptor, path) : Result<std::string>(tl::unexpected(has_end.error()));
   ::close(descriptor);
-  return out;
+  return std::move(out).and_then(unmarked);
 }
 
 std::string resolved_path(const std::string& path) {

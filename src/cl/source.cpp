@@ -54,9 +54,10 @@ Result<std::unique_ptr<TextSource>> open_source(const std::string& path) {
   }
   auto source = std::make_unique<FileSource>(path, descriptor, true);
   struct stat status {};
-  if (::fstat(descriptor, &status) == 0 && S_ISDIR(status.st_mode)) {
-    return fail(ErrorCode::io_failed, "is a folder, not a file", path);
-  }
+  if (::fstat(descriptor, &status) != 0) return source;
+  if (S_ISDIR(status.st_mode)) return fail(ErrorCode::io_failed, "is a folder, not a file", path);
+  if (S_ISCHR(status.st_mode) || S_ISBLK(status.st_mode))
+    return fail(ErrorCode::io_failed, "is a device, not a file", path);
   return source;
 }
 

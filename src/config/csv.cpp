@@ -75,8 +75,11 @@ void report_number(const Field& field, NumberFault fault, Diagnostics& diagnosti
   const char* why = fault == NumberFault::empty          ? "is empty"
                     : fault == NumberFault::out_of_range ? "is beyond the range of numbers (9e15)"
                                                          : "is not a number";
+  constexpr std::size_t kShown = 60;  // a file without line ends is one field
+  const std::string shown = field.text.size() <= kShown ? std::string(field.text)
+                                                        : std::string(field.text.substr(0, kShown)) + "...";
   diagnostics.error(field.file, field.where,
-                    "'" + std::string(field.text) + "' in column '" + std::string(field.column) + "' " + why);
+                    "'" + shown + "' in column '" + std::string(field.column) + "' " + why);
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace trunnion {
 
-/// Whole content of a file; `-` is standard input. Fails with io_failed (missing, a folder, unreadable).
+/// Whole content of a file without the byte order mark of UTF-8; `-` is standard input. Fails with io_failed
+/// (missing, a folder, a device, unreadable), and with wrong_input for text in UTF-16.
 Result<std::string> read_file(const std::string& path);
 
 /// The place that a path names, absolute and with symbolic links followed, those to a file that does not
