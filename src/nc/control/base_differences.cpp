@@ -17,7 +17,11 @@ struct Meanings {
     Event event;
     std::string origin;
   };
-  std::map<std::string, std::vector<Use>> words;  // by "M3", or a whole line that is no list of address words
+  struct Word {
+    std::string text;  // for messages
+    std::vector<Use> uses;
+  };
+  std::map<std::string, Word> words;  // by "M3", and by the key of a whole line
   /// By the G and M words of a line and the letter behind which the value stands: "G4 P".
   std::map<std::string, std::map<Placeholder, std::string>> values;
 };
@@ -38,21 +42,21 @@ bool means_something(EventKind kind) {
 
 void add_pattern(const Pattern& pattern, Meanings& out) {
   const bool means = means_something(pattern.event.kind);
-  if (pattern.words.empty()) {
-    if (means) out.words[pattern.key].push_back({general(pattern.event), pattern.origin});
-    return;
-  }
+  const Meanings::Use use{general(pattern.event), pattern.origin};
   std::string codes;
   for (std::size_t i = 0; i < pattern.words.size(); ++i) {
     if (!pattern.words[i].is_fixed) continue;
     for (const std::string& word : words_in({pattern.tokens[2 * i], pattern.tokens[2 * i + 1]})) {
-      if (means) out.words[word].push_back({general(pattern.event), pattern.origin});
-      codes += word + " ";
+      if (means) out.words.try_emplace(word, Meanings::Word{word, {}}).first->second.uses.push_back(use);
+      codes += (codes.empty() ? "" : " ") + word;
     }
   }
+  if (means)
+    out.words.try_emplace(pattern.key, Meanings::Word{codes.empty() ? pattern.key : codes, {}})
+        .first->second.uses.push_back(use);
   if (codes.empty()) return;
   for (const PatternWord& word : pattern.words)
-    if (!word.is_fixed) out.values[codes + word.letter].try_emplace(word.placeholder, pattern.origin);
+    if (!word.is_fixed) out.values[codes + " " + word.letter].try_emplace(word.placeholder, pattern.origin);
 }
 
 Meanings meanings_of(const PatternSet& patterns) {
@@ -81,25 +85,25 @@ class Comparison {
   }
 
   void words(const Meanings& own, const Meanings& base) {
-    for (const auto& [word, uses] : own.words) {
-      const auto there = base.words.find(word);
+    for (const auto& [key, word] : own.words) {
+      const auto there = base.words.find(key);
       if (there == base.words.end()) {
         // Arcs and wear a file may add to a base that has none.
-        const bool is_added =
-            uses.front().event.kind == EventKind::arc || uses.front().event.kind == EventKind::cutter;
-        const auto why = base_.refused.find(word);
-        if (!is_added && why != base_.refused.end())
-          say(word,
-              "'" + word + "' is " + origins(uses) + " here; " + base_name_ + " refuses it: " + why->second);
+        const EventKind kind = word.uses.front().event.kind;
+        const auto why = base_.refused.find(key);
+        if (why != base_.refused.end() && kind != EventKind::arc && kind != EventKind::cutter)
+          say(word.text, "'" + word.text + "' is " + origins(word.uses) + " here; " + base_name_ +
+                             " refuses it: " + why->second);
         continue;
       }
-      const bool agrees = std::any_of(uses.begin(), uses.end(), [&](const auto& use) {
-        return std::any_of(there->second.begin(), there->second.end(),
+      const auto& others = there->second.uses;
+      const bool agrees = std::any_of(word.uses.begin(), word.uses.end(), [&](const auto& use) {
+        return std::any_of(others.begin(), others.end(),
                            [&](const auto& other) { return other.event == use.event; });
       });
       if (!agrees)
-        say(word, "'" + word + "' is " + origins(uses) + " here and " + origins(there->second) + " in " +
-                      base_name_);
+        say(word.text, "'" + word.text + "' is " + origins(word.uses) + " here and " + origins(others) +
+                           " in " + base_name_);
     }
   }
 

@@ -256,9 +256,9 @@ Result<bool> ShapeMaker::make_hole(const cl::Hole& hole, std::size_t i, std::siz
   // Controls have no drilling cycles under tool-centre-point control.
   if (words_of_cycle.empty() || work_.posting.options.rtcp || count > kMostMotions ||
       hole.feed.mode == cl::FeedMode::inverse || (steps && hole.first_step_mm != hole.step_mm) ||
-      (!hole.across && (work_.at.approaches || !work_.at.known)))
+      (!hole.across && (!work_.at.known || (work_.at.approaches && !work_.now.chunk->points[i].rapid))))
     return false;
-  if (hole.across) {
+  if (hole.across || work_.at.approaches) {
     // What is not at the height of the hole's motions is positioned for first; rotary axes never turn in a
     // cycle.
     if (auto done = go_across(hole, i, nc::holds(words_of_cycle, "x")); !done)
