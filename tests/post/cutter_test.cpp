@@ -34,18 +34,26 @@ std::string without(std::string text, const std::string& word) {
   return text;
 }
 
+// LinuxCNC's register is an entry of the tool table: the wear has one of its own there.
+std::string contour_of(const std::string& control) {
+  std::string cl = contour();
+  if (control == "linuxcnc") cl.replace(cl.find("LEFT,XYPLAN"), 11, "LEFT,XYPLAN,ADJUST,95");
+  return cl;
+}
+
 TEST(Cutter, WearGoesOutWithTheLinesThatLeadInAndOut) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   for (const std::string control : {"linuxcnc", "fanuc_30i", "haas_ngc"}) {
-    const auto p = test::posted(contour(), machine, wear(), control);
+    const std::string number = control == "linuxcnc" ? "95" : "7";
+    const auto p = test::posted(contour_of(control), machine, wear(), control);
     ASSERT_TRUE(p.report) << control << ": " << p.report.error().text();
     EXPECT_TRUE(p.report->verification->passed()) << control;
-    const auto on = p.nc.find("G41 D7 X");
+    const auto on = p.nc.find("G41 D" + number + " X");
     const auto off = p.nc.find("G40 X");
     EXPECT_NE(on, std::string::npos) << p.nc;
     EXPECT_NE(off, std::string::npos) << p.nc;
     EXPECT_LT(on, off);
-    EXPECT_NE(p.nc.find("REGISTER 7 HOLDS WEAR ONLY"), std::string::npos) << p.nc;
+    EXPECT_NE(p.nc.find("REGISTER " + number + " HOLDS WEAR ONLY"), std::string::npos) << p.nc;
     // The path itself is that of the tool's centre.
     const auto centre =
         test::posted(contour(), machine, with(cl::ReaderOptions::CutterCompensation::tool_center), control);
@@ -79,10 +87,12 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
   // Their compensation takes the radius of the tool, not of a register.
   for (const std::string control : {"siemens_840d_sl", "heidenhain_tnc640", "hnc_8"})
     expect(error(contour(), control), "no words for it");
-  expect(error(contour("GOTO/-5,-7,-1,0,0.6,0.8\n"), "linuxcnc"), "a line across the tool axis");
-  expect(error(contour("", "GOTO/10,10,10,0,0.5,0.8660254\n"), "linuxcnc"), "the tool axis turns");
-  expect(error(contour("", "RAPID\n"), "linuxcnc"), "CUTCOM/OFF is missing before this rapid");
-  expect(error(without(contour(), "CUTCOM/OFF\n"), "linuxcnc"), "CUTCOM/OFF is missing");
+  // D4 of LinuxCNC is tool 4, whose diameter counts: the contour would be off by the cutter's radius.
+  expect(error(contour(), "linuxcnc"), "register 7 is tool 7 of the tool table");
+  expect(error(contour("GOTO/-5,-7,-1,0,0.6,0.8\n"), "fanuc_30i"), "a line across the tool axis");
+  expect(error(contour("", "GOTO/10,10,10,0,0.5,0.8660254\n"), "fanuc_30i"), "the tool axis turns");
+  expect(error(contour("", "RAPID\n"), "fanuc_30i"), "CUTCOM/OFF is missing before this rapid");
+  expect(error(without(contour(), "CUTCOM/OFF\n"), "fanuc_30i"), "CUTCOM/OFF is missing");
   std::string plane = contour();
   plane.replace(plane.find("XYPLAN"), 6, "ZXPLAN");
   const auto p = test::posted(plane, machine, wear());
@@ -98,7 +108,7 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
 
 TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
   const Machine machine = test::shipped_machine("trunnion_offset");
-  const std::string cl = contour();
+  const std::string cl = contour_of("linuxcnc");
   const auto p = test::posted(cl, machine, wear());
   ASSERT_TRUE(p.report) << p.report.error().text();
   const auto verify = [&](const std::string& text) {
@@ -115,8 +125,26 @@ TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
   };
   EXPECT_EQ(verify(p.nc), 0U);
   std::string edited = p.nc;
-  edited.insert(edited.find('\n', edited.find("G41 D7 X")), " A30.5");
+  edited.insert(edited.find('\n', edited.find("G41 D95 X")), " A30.5");
   EXPECT_GT(verify(edited), 0U);
+}
+
+// The register of the wear exchanged for that of the tool, in the program.
+TEST(Cutter, TheToolsOwnEntryIsNoWearOfIt) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = contour_of("linuxcnc");
+  std::string nc = test::posted(cl, machine, wear()).nc;
+  nc.replace(nc.find("G41 D95"), 7, "G41 D7");
+  cl.replace(cl.find("ADJUST,95"), 9, "ADJUST,7");
+  const nc::Controller c = test::shipped_controller("linuxcnc");
+  Diagnostics d;
+  VerifyOptions options;
+  options.tolerance_mm = 0.01;
+  cl::ReaderOptions reading;
+  reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
+  const auto report = post::verify({std::make_unique<test::TextOf>(cl), "part.cls", reading},
+                                   {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
+  EXPECT_FALSE(report && report->passed());
 }
 
 }  // namespace

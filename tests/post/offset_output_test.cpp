@@ -173,6 +173,39 @@ TEST(OffsetOutput, AWrongShiftIsFound) {
   EXPECT_NEAR(verified(p.nc)->certified_tip_deviation_mm, 0.04, 0.003);
 }
 
+// What the last block gives back the next program counts from.
+TEST(OffsetOutput, AnOffsetThatIsNotGivenBackIsFound) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  for (const char* control : {"linuxcnc", "fanuc_30i", "haas_ngc"}) {
+    Setting setting;
+    setting.limits = quick();
+    setting.control = control;
+    const OffsetPost p = offset_post(blades(4, false), machine, &table, setting);
+    const auto c = test::shipped_controller(control);
+    VerifyOptions options;
+    options.tolerance_mm = 0.003;
+    options.offsets = &table;
+    const auto passes = [&](const std::string& nc) {
+      Diagnostics d;
+      const auto report = verify({std::make_unique<Text>(blades(4, false)), "part.cls"},
+                                 {std::make_unique<Text>(nc), "p.nc"}, {machine, c, options}, d);
+      return report && report->passed();
+    };
+    EXPECT_TRUE(passes(p.nc)) << control;
+    const auto at = p.nc.rfind("G10 L2 P1");
+    ASSERT_NE(at, std::string::npos) << control;
+    std::string other = p.nc, changed = p.nc, gone = p.nc;
+    other.replace(at, 9, "G10 L2 P2");
+    EXPECT_FALSE(passes(other)) << control;
+    const auto z = changed.find('Z', at);
+    changed.insert(z + 1, "1");
+    EXPECT_FALSE(passes(changed)) << control << changed.substr(at, 60);
+    gone.erase(at, gone.find('\n', at) - at);
+    EXPECT_FALSE(passes(gone)) << control;
+  }
+}
+
 TEST(OffsetOutput, EveryControlWithWordsForItIsReadBack) {
   const auto table = offsets(by_blade());
   for (const std::string& name : test::shipped_controllers()) {
@@ -344,6 +377,37 @@ TEST(OffsetOutput, VariablesAreClampedAndSlewedByTheProgram) {
   setting.limits = {};
   setting.limits.slew_mm_s = 1e-5;
   EXPECT_FALSE(offset_post(blades(4, true), machine, &table, setting).report->verification->passed());
+}
+
+// The control keeps its variables when it is switched off.
+TEST(OffsetOutput, VariablesBeginAtNothing) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl"}) {
+    Setting setting;
+    setting.output = OffsetOutput::variables;
+    setting.control = control;
+    setting.limits = quick();
+    const OffsetPost p = offset_post(blades(4, false), machine, &table, setting);
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    const auto c = test::shipped_controller(control);
+    const auto reads = [&](const std::string& nc) {
+      Diagnostics d;
+      nc::ReaderOptions options;
+      options.whole_program = true;
+      return nc::read_program(c, nc, "p.nc", d, options).has_value();
+    };
+    EXPECT_TRUE(reads(p.nc)) << control;
+    for (const std::string& line : c.run_time.begin) {
+      const auto at = p.nc.find(line + "\n");
+      ASSERT_NE(at, std::string::npos) << control << ": " << line;
+      std::string without = p.nc, twice = p.nc;
+      without.erase(at, line.size());
+      EXPECT_FALSE(reads(without)) << control << ": " << line;
+      twice.insert(p.nc.rfind("\n", p.nc.rfind('X')) + 1, line + "\n");
+      EXPECT_FALSE(reads(twice)) << control << ": " << line;
+    }
+  }
 }
 
 // Two sensors; `kelvin_per_hour` of each since the part's zero was taken, over ten hours.

@@ -65,5 +65,17 @@ TEST(SurfaceSpeed, IsThatOfTheToolsOwnDiameter) {
   EXPECT_THAT(nc, HasSubstr("S637 M3"));   // and at 50 mm
 }
 
+// Right as it may be for the tool before: another one breaks.
+TEST(SpindleSense, ToTheLeftIsSaidForEachTool) {
+  const std::string first = "LOADTL/4\nSPINDL/3000,CCLW\n" + kPath;
+  const std::string up = "RAPID\nGOTO/5,0,30,0,0,1\n";
+  EXPECT_THAT(refusal(first + up + "LOADTL/5\n" + kPath),
+              HasSubstr("the tool before turned counterclockwise"));
+  EXPECT_EQ(refusal(first + up + "LOADTL/5\nSPINDL/3000,CLW\n" + kPath), "");
+  EXPECT_EQ(refusal(first + up + "LOADTL/5\nSPINDL/3000,CCLW\n" + kPath), "");
+  EXPECT_EQ(refusal(first + up + "LOADTL/4\n" + kPath), "");
+  EXPECT_EQ(refusal("LOADTL/4\nSPINDL/3000,CLW\n" + kPath + up + "LOADTL/5\n" + kPath), "");
+}
+
 }  // namespace
 }  // namespace trunnion::post

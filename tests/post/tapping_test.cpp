@@ -165,6 +165,24 @@ TEST(Tapping, ADrilledHoleIsNoThread) {
   EXPECT_FALSE(report && report->passed());
 }
 
+// M1 before a thread is what a shop writes every day.
+TEST(Tapping, AStopOrAReversalMayStandBeforeIt) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc", "siemens_840d_sl", "heidenhain_tnc640"}) {
+    for (const char* word : {"STOP\n", "OPSTOP\n", "SPINDL/OFF\nSPINDL/RPM,500,CLW\n"}) {
+      for (const char* to : {"GOTO/0,0,10\n", "GOTO/20,0,10\n"}) {
+        const std::string cl = std::string("UNITS/MM\nLOADTL/4,LENGTH,120\nSPINDL/RPM,500,CLW\nRAPID\n") +
+                               "GOTO/0,0,60,0,0,1\n" + word + "CYCLE/TAP,RAPTO,3.0,FEDTO,-12.5,MMPR,1.25\n" +
+                               to + "CYCLE/OFF\nRAPID\nGOTO/30,0,60\nFINI\n";
+        const auto p = test::posted(cl, machine, {}, control);
+        ASSERT_TRUE(p.report) << control << word << p.report.error().text();
+        EXPECT_TRUE(p.report->verification->passed()) << control << word << p.nc;
+        EXPECT_EQ(p.report->holes, 1U) << control << word;
+      }
+    }
+  }
+}
+
 TEST(Tapping, WhatCannotBeTappedIsRefusedByItsLine) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const auto refused = [&](const test::Posted& p, const std::string& says) {
