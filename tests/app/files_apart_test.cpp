@@ -1,4 +1,5 @@
 // No option of any command writes over a file that another one names; numbers are finite; messages end.
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <string>
 
