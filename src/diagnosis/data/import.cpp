@@ -48,6 +48,7 @@ Result<std::string> import_map(std::string_view text, const std::string& file, c
   if (table->columns.size() != 4)
     return fail(ErrorCode::wrong_input, "a map has four columns: x, y, error along X, error along Y", file,
                 {1, 1});
+  if (table->rows.empty()) return fail(ErrorCode::wrong_input, "a map without a point", file, {1, 1});
   const std::size_t errors = diagnostics.error_count();
   // All at time 0: a map does not say when its points were read, and their order is no time.
   std::string out = "# map " + file + ", u_random " + shortest_text(options.u_random_um) + " um assumed\n" +

@@ -78,6 +78,8 @@ Result<ControlTables> read_etalon(std::string_view text, const std::string& file
   for (const ErrorTable& table : out.errors)
     if (table.nodes[0].size() < 2)
       diagnostics.error(file, {}, table.components[0].name + " has fewer than two grid points");
+  if (out.errors.empty() && out.location.empty() && diagnostics.error_count() == before)
+    diagnostics.error(file, {1, 1}, "no error parameters");
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
   return out;
 }
