@@ -152,7 +152,7 @@ void print_findings(const post::BatchResult& r) {
   std::error_code ec;
   if (r.state == post::BatchState::failed && !r.outcome.written &&
       std::filesystem::is_regular_file(r.item.output, ec)) {
-    spdlog::warn("{}: warning: the program of an earlier run still stands there", r.item.output);
+    spdlog::warn("{}: warning: the program of an earlier run is still there", r.item.output);
   }
   if (r.outcome.error) {
     print_failure(r.outcome.diagnostics, *r.outcome.error);
@@ -163,7 +163,8 @@ void print_findings(const post::BatchResult& r) {
   for (const std::string& reason : failed_checks(*r.outcome.report->verification, r.item.input))
     spdlog::error("{}: error: {}", r.item.input, reason);
   if (r.outcome.written)
-    spdlog::warn("{}: warning: written all the same, marked NOT WITHIN TOLERANCE", r.item.output);
+    spdlog::warn("{}: warning: written although the check failed, marked NOT WITHIN TOLERANCE",
+                 r.item.output);
 }
 
 std::vector<post::BatchResult> post_all(const std::vector<post::BatchItem>& items, const post::PostJob& job,
@@ -258,7 +259,8 @@ void add_batch_command(CLI::App& root, int& exit) {
       ->required();
   c->add_option("-o,--output", command->folder, "folder for the NC files")->required();
   command->machine.add_to(*c, true);
-  c->add_option("-j,--threads", command->threads, "files at a time (all cores)")
+  c->add_option("-j,--threads", command->threads,
+                "number of files posted at the same time (default: the number of cores)")
       ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
   c->add_option("--shard", command->shard, "only every n-th file, beginning with the i-th (array jobs)")
       ->check(shard_words());

@@ -84,7 +84,8 @@ void add_machine_calibrate_command(CLI::App& machine, int& exit) {
       ->required();
   c->add_option("-m,--machine", command->machine, "machine file, or the name of one in postconfigs/machines")
       ->required();
-  c->add_option("-o,--output", command->out, "machine file to write: all else as it stands, remarks too")
+  c->add_option("-o,--output", command->out,
+                "machine file to write; everything else in it is copied unchanged, comments too")
       ->required();
   c->add_option("--parameters", command->parameters,
                 "print this control's own numbers, too: controller file, or the name of one in "

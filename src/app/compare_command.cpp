@@ -86,8 +86,8 @@ void add_compare_command(CLI::App& root, int& exit) {
   command->against.add_to(*c)->required();
   command->machine.add_to(*c, true);
   c->add_option("--truth", command->truth,
-                "model of the errors of the machine to evaluate on (none: nominal)");
-  c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip")
+                "model of the errors of the machine to evaluate on (default: the nominal machine)");
+  c->add_option("--tolerance-mm", command->tolerance_mm, "largest deviation of the tip from the CL path")
       ->check(above_zero())
       ->capture_default_str();
   command->tools.add_to(*c);

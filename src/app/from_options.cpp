@@ -11,20 +11,19 @@ void FromOptions::add_to(CLI::App& c, const std::string& input_is) {
                    " is an NC program, for this control: controller file, or the name of one in "
                    "postconfigs/controllers");
   c.add_option("--from-machine", machine,
-               "the machine that it was made for (default: that of -m). Of a program under "
-               "tool-centre-point control only the directions of the rotary axes count");
-  c.add_option("--from-path", path,
-               "what lies between the ends of its blocks: what a CL file has there, so that the way of its "
-               "machine from point to point, with its nonlinear error, does not count (points); or that way "
-               "itself, by points on it (motion). Without this option it is points, and a block that "
-               "turns the part further than that is refused. Rapids that leave the straight line by more "
-               "than 2 mm go as that machine takes them")
-      ->check(CLI::IsMember({"points", "motion"}));
+               "the machine that it was made for (default: that of -m). For a program under "
+               "tool-centre-point control only the directions of the rotary axes of this file are used");
   c.add_option(
-       "--from-words", words,
-       "what its X Y Z are where it has changed a tool and switched no length compensation on: of the tip, "
-       "since the control does that by itself or the tool was touched off, or of the spindle's gauge point. "
-       "Without this option such a cut is refused")
+       "--from-path", path,
+       "path between the ends of its blocks: a straight line of the tip, as in a CL file, so that the "
+       "nonlinear error of the old machine is dropped (points), or the path that the old machine really took "
+       "(motion). Default: points, and a block whose real path is far from the straight line is refused. A "
+       "rapid that leaves its straight line by more than 2 mm keeps the path of the old machine")
+      ->check(CLI::IsMember({"points", "motion"}));
+  c.add_option("--from-words", words,
+               "what X Y Z are after a tool change without length compensation (G43, D): the tip, since the "
+               "control adds the length by itself or the tool was touched off (tip), or the spindle's gauge "
+               "point (spindle). Default: such a cut is refused")
       ->check(CLI::IsMember({"tip", "spindle"}));
 }
 

@@ -175,12 +175,12 @@ void add_iso230_command(CLI::App& root, int& exit) {
         ->required();
     sub->add_option("--limit", options->limits,
                     "agreed limit of a value, um or urad: A=10 for all, X.A=10 for one; exit code 1 unless "
-                    "every one is proved to be kept")
+                    "every limit is proved to be met")
         ->type_name("[OF.]SYMBOL=NUMBER")
         ->delimiter(',');
     sub->add_option("--uncertainty", options->uncertainties,
-                    "expanded uncertainty (k = 2) of a value, in the same words: it counts against who has "
-                    "to prove the limit (ISO 14253-1)")
+                    "expanded uncertainty U (k = 2) of a value, in the same form: within U of the limit "
+                    "nothing is proved (ISO 14253-1)")
         ->type_name("[OF.]SYMBOL=NUMBER")
         ->delimiter(',');
     options->result.add_to(*sub);

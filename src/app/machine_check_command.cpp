@@ -28,15 +28,16 @@ std::vector<std::string> left_open(const Machine& machine) {
   for (const Axis& axis : machine.axes) {
     if (!axis.rapid)
       out.push_back("axis " + axis.name +
-                    " has no rapid speed: feeds are not held below what it can, and times are guesses");
+                    " has no rapid speed (rapid_mm_min, rapid_deg_min): feeds are not limited to its speed, "
+                    "and machining times are only estimates");
   }
   const auto has_jerk = [](const Axis& axis) { return axis.jerk.has_value(); };
   const bool any = std::any_of(machine.axes.begin(), machine.axes.end(), has_jerk);
   if (any && !(MotionTime::is_known(machine) && MotionPlan::knows_jerk(machine)))
-    out.emplace_back("the jerk of axes is not used: not every axis has its acceleration and its jerk");
+    out.emplace_back("the jerk of the axes is not used: not every axis has an acceleration and a jerk");
   if (machine.tool_length_mm <= 0.0)
     out.emplace_back("no [tool] length_mm: a tool file or the CL file must say how long each tool is");
-  if (!machine.safe.table) out.emplace_back("no [table]: a rapid into the table is not seen");
+  if (!machine.safe.table) out.emplace_back("no [table]: rapids are not checked against the table");
   if (!machine.safe.z_is_given)
     out.emplace_back("no [retract] z_mm: the tool retracts to the end of the travel of Z");
   return out;
@@ -69,18 +70,17 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
     // Machines get to their acceleration in a hundredth of a second to a fifth.
     constexpr double kLongestRamp_s = 0.5;
     if (axis.jerk && *axis.acceleration > kLongestRamp_s * *axis.jerk)
-      out.push_back(
-          fmt::format("with its jerk {} takes {} s to get to its acceleration, more than 0.5: is it in {}?",
-                      axis.name, shortest_text(std::round(1e3 * *axis.acceleration / *axis.jerk) / 1e3),
-                      rotary ? "rad/s3" : "m/s3"));
+      out.push_back(fmt::format(
+          "with this jerk axis {} takes {} s to reach its acceleration, more than 0.5: is it in {}?",
+          axis.name, shortest_text(std::round(1e3 * *axis.acceleration / *axis.jerk) / 1e3),
+          rotary ? "rad/s3" : "m/s3"));
   }
   for (std::string& doubt : directions_beside_iso841(machine)) out.push_back(std::move(doubt));
   constexpr Angle kAnyWay = Angle::degrees(1.0);
   if (machine.rotary_axes().size() == 2 && reach.every_way < kAnyWay && reach.one_way > kAnyWay)
     out.emplace_back(
-        "the tool axis leaves the spindle's direction in one plane only: does the axis that tilts stand "
-        "first in [chain] part, "
-        "the one nearest to the bed?");
+        "the tool axis tilts in one plane only: is the tilting axis the first one in [chain] part (nearest "
+        "to the bed)?");
   constexpr double kShare = 0.15;  // of the travel
   for (const AxisId id : machine.rotary_axes()) {
     const Axis& rotary = machine.axes[id];
@@ -92,8 +92,8 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
       const double beside = std::abs(rotary.point_mm.dot(linear.direction) - middle);
       if (beside > kShare * (linear.max - linear.min))
         out.push_back(
-            fmt::format("axis {} lies {:.0f} mm beside the middle of the travel of {}: are the "
-                        "numbers of its point in mm, and in the order X, Y, Z?",
+            fmt::format("axis {} is {:.0f} mm off the middle of the travel of {}: are the numbers of its "
+                        "point in mm, and in the order X, Y, Z?",
                         rotary.name, beside, linear.name));
     }
   }
@@ -132,9 +132,10 @@ ExitCode run(const MachineCheckCommand& command) {
                                  {"unusual", doubts}};
   std::string text =
       machine.name + ": the file and its control (" + files->controller.name + ") can be read\n";
-  text += fmt::format(
-      "the tool axis reaches every direction up to {:.0f} deg from the spindle, some up to {:.0f} deg\n",
-      reach.every_way.deg(), reach.one_way.deg());
+  const std::string every = fmt::format("{:.0f}", reach.every_way.deg());
+  const std::string some = fmt::format("{:.0f}", reach.one_way.deg());
+  text += "the tool axis reaches every direction up to " + every + " deg from the spindle" +
+          (some == every ? "" : ", some up to " + some + " deg") + "\n";
   for (const auto& beyond : reach.beyond) {
     const Axis& axis = machine.axes[beyond.axis];
     text +=
@@ -144,8 +145,7 @@ ExitCode run(const MachineCheckCommand& command) {
         {{"axis", axis.name}, {"by_mm", beyond.by_mm}, {"at", position_text(machine, beyond.at)}});
   }
   if (reach.beyond.empty())
-    text +=
-        "with the tip at the part's zero every axis stays within its travel wherever the rotary axes stand\n";
+    text += "with the tip at the part's zero every axis stays within its travel at all rotary positions\n";
   for (const std::string& doubt : doubts) text += "unusual: " + doubt + "\n";
   for (const std::string& note : notes) text += "left open: " + note + "\n";
   text += "`trunnion machine " + command.machine.machine +
@@ -163,13 +163,15 @@ ExitCode run(const MachineCheckCommand& command) {
 
 void add_machine_check_command(CLI::App& machine, int& exit) {
   auto command = std::make_shared<MachineCheckCommand>();
-  CLI::App* c = machine.add_subcommand(
-      "check", "is a machine file right, how far does the machine reach, what is left open");
+  CLI::App* c =
+      machine.add_subcommand("check", "check a machine file: errors, reach of the machine, missing keys");
   c->add_option("machine", command->machine.machine,
                 "machine file, or the name of one in postconfigs/machines")
       ->type_name(kMachineName)
       ->required();
-  c->add_option("-c,--controller", command->machine.controller, "controller that it is used with")
+  c->add_option(
+       "-c,--controller", command->machine.controller,
+       "controller file, or the name of one in postconfigs/controllers, that the machine is used with")
       ->type_name(kControllerName);
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

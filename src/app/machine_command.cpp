@@ -26,8 +26,8 @@ std::string text_of(const Machine& machine, const nc::Controller& controller) {
   };
   out += "from the bed to the tool: " + chain(machine.tool_chain) +
          "; from the bed to the part: " + chain(machine.part_chain) + "\n";
-  out += "gauge length " + shortest_text(machine.tool_length_mm) +
-         " mm, of tools that neither a tool file nor the CL file gives one\n";
+  out += "default gauge length " + shortest_text(machine.tool_length_mm) +
+         " mm (for tools without one in a tool file or the CL file)\n";
   const auto add_zero = [&](const std::string& title, post::WordsOf words) {
     out += "\n" + title + "\n";
     const auto zero = post::program_zero(machine, controller, machine.work_offset, words);

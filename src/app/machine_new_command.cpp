@@ -145,8 +145,8 @@ std::vector<Question> questions_of(const Draft& draft) {
   if (!draft.sense_known) {
     out.push_back(
         {"--positive",
-         "What turns positively (right hand: the thumb along +X, +Y, +Z) for a positive command: the table, "
-         "or the tool as seen from the part (ISO 841; the table then turns the other way)? table or tool",
+         "What does a + command turn by the right-hand rule (thumb along +X, +Y, +Z): the table itself "
+         "(table), or the tool relative to the part (tool: ISO 841, the table then turns the other way)?",
          [](const std::string& answer, Draft& d) { return take_positive(answer, d); }});
   }
   for (const char letter : machine.rotary) {
@@ -390,16 +390,15 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   auto command = std::make_shared<MachineNewCommand>();
   CLI::App* c = machine.add_subcommand("new",
                                        "make a machine file: from options, answers at the terminal, a "
-                                       "control's ini, or what is public of a machine");
+                                       "control's ini, or published data of a machine");
   c->add_option("-o,--output", command->output, "machine file to write (- is standard output)")->required();
   CLI::Option* ini = c->add_option(
       "--ini", command->from.ini,
       "read it from a configuration with kinematics xyzac-trt-kins or xyzbc-trt-kins, and the HAL "
       "files beside it");
   c->add_option("--like", command->from.like,
-                "a machine that is sold, by its name or file: travel and speeds are what is public of it, "
-                "the rest is asked for; where "
-                "its axes lie is measured at each machine")
+                "a maker's machine, by its name or file: travel and speeds as published, the rest is asked "
+                "for; the positions of the rotary axes must be measured at each machine")
       ->type_name(kMakerName)
       ->excludes(ini);
   c->add_option("--numbers", command->from.numbers,
@@ -409,25 +408,29 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   c->add_option("--numbers-unit", command->from.unit, "unit of the lengths in --numbers")
       ->check(CLI::IsMember({"mm", "inch"}))
       ->capture_default_str();
-  c->add_flag("--ask", command->ask,
-              "read the answers to what is not given from standard input (without it: at a terminal only)");
-  c->add_option("--name", command->name, "what messages and programs call the machine");
-  c->add_option("-c,--controller", command->controller, "control that it has")->type_name(kControllerName);
+  c->add_flag(
+      "--ask", command->ask,
+      "ask for missing values and read the answers from standard input (without it: only at a terminal)");
+  c->add_option("--name", command->name, "name of the machine, for messages and programs");
+  c->add_option("-c,--controller", command->controller,
+                "control of the machine: controller file, or the name of one in postconfigs/controllers")
+      ->type_name(kControllerName);
   c->add_option("--rotary", command->rotary,
                 "rotary axes that carry the part, the one on the bed first: AC, BC, C");
   c->add_option("--positive", command->positive,
-                "what turns positively about X, Y, Z for a positive command: the table, or the tool as seen "
-                "from the part (ISO 841)")
+                "what a + command turns about X, Y, Z by the right-hand rule: the table itself (table), or "
+                "the tool relative to the part (tool: ISO 841)")
       ->check(CLI::IsMember({"table", "tool"}));
   c->add_option("--point-mm", command->points,
-                "a point on a rotary axis, as A=0,0.4,-65: where the spindle's gauge point would stand, "
-                "machine coordinates")
+                "a point on a rotary axis, as A=0,0.4,-65: machine coordinates (mm) that the spindle's gauge "
+                "point would have there")
       ->expected(1, 2);
   c->add_option("--travel", command->travel,
                 "travel of each axis, as X=-300:300 A=-30:120 C=cyclic (mm, deg)")
       ->expected(1, 5);
-  c->add_option("--part-zero-mm", command->part_zero_mm,
-                "where the CL file's zero stands, as 0,0,-30 (the point of the innermost rotary axis)")
+  c->add_option(
+       "--part-zero-mm", command->part_zero_mm,
+       "machine position of the CL file's zero, as 0,0,-30 (default: the point of the innermost rotary axis)")
       ->delimiter(',')
       ->expected(3);
   c->add_option("--rapid-mm-min", command->rapid_mm_min, "rapid speed of the linear axes")
@@ -435,7 +438,7 @@ void add_machine_new_command(CLI::App& machine, int& exit) {
   c->add_option("--rapid-deg-min", command->rapid_deg_min, "rapid speed of the rotary axes")
       ->check(above_zero());
   c->add_option("--tool-length-mm", command->tool_length_mm,
-                "gauge length of tools to which nobody else gives one")
+                "default gauge length, for tools without one in a tool file or the CL file")
       ->check(above_zero());
   command->result.add_to(*c);
   c->callback([command, &exit] { exit = run(*command); });

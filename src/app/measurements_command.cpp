@@ -123,14 +123,14 @@ void tell_lag(const TraceImport& command, const trace::TraceMeasurements& measur
               Diagnostics& diagnostics) {
   if (measured.lag_of_all_axes_s == 0.0) return;
   const double ms = unit_factor(Unit::ms);
-  diagnostics.note(
-      command.file, {},
-      "all axes follow " + fixed_text(measured.lag_of_all_axes_s / ms, 2) + " +/- " +
-          fixed_text(measured.sigma_s / ms, 2) +
-          " ms late alike: corners and curves are cut inside by it. The readings are without it" +
-          (command.model_out.empty()
-               ? "; --model-out writes a model with it, by which `post --model` leads its words"
-               : ", the model of --model-out has it"));
+  diagnostics.note(command.file, {},
+                   "all axes follow with a common delay of " +
+                       fixed_text(measured.lag_of_all_axes_s / ms, 2) + " +/- " +
+                       fixed_text(measured.sigma_s / ms, 2) +
+                       " ms (corners and curves are cut inside); it is removed from the readings" +
+                       (command.model_out.empty()
+                            ? "; --model-out writes a model with it, so that `post --model` compensates it"
+                            : ", and written to the model of --model-out"));
 }
 
 Result<TraceFiles> import_trace(TraceImport& command, Diagnostics& diagnostics) {
@@ -220,7 +220,9 @@ void add_template(CLI::App& measurements, int& exit) {
   command->add_option("kind", options->kind, "laser, rtest, ballbar or probe")
       ->required()
       ->check(CLI::IsMember(diagnosis::template_kinds()));
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)")
+  command
+      ->add_option("-m,--machine", options->machine,
+                   "machine file, or the name of one in postconfigs/machines")
       ->type_name(kMachineName)
       ->required();
   command->add_option("-o,--output", options->out, "measurement file to write")->required();
@@ -235,7 +237,8 @@ void add_files(CLI::App& command, MeasurementsOptions& options) {
 }
 
 void add_machine(CLI::App& command, MeasurementsOptions& options) {
-  command.add_option("-m,--machine", options.machine, "machine file (TOML)")
+  command
+      .add_option("-m,--machine", options.machine, "machine file, or the name of one in postconfigs/machines")
       ->type_name(kMachineName)
       ->required();
 }
@@ -254,7 +257,8 @@ void add_stage(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& opt
       ->check(above_zero())
       ->capture_default_str();
   command
-      ->add_option("--parts", options->stage.parts, "runs that the points are dealt to, for held-out tests")
+      ->add_option("--parts", options->stage.parts,
+                   "number of runs that the points are split into, so that runs can be left out in tests")
       ->capture_default_str();
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
@@ -277,7 +281,8 @@ void add_pointing(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& 
       ->check(above_zero())
       ->capture_default_str();
   command
-      ->add_option("--parts", options->pointing.parts, "runs that the stars are dealt to, for held-out tests")
+      ->add_option("--parts", options->pointing.parts,
+                   "number of runs that the stars are split into, so that runs can be left out in tests")
       ->capture_default_str();
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
@@ -301,8 +306,11 @@ void add_measurements_command(CLI::App& root, int& exit) {
   auto* map =
       import->add_subcommand("map", "two-dimensional map: x, y, error along X, error along Y (mm, um)");
   add_files(*map, *options);
-  map->add_option("--u-random-um", options->map.u_random_um, "standard uncertainty of one reading");
-  map->add_option("--parts", options->map.parts, "runs that the points are dealt to, for held-out tests");
+  map->add_option("--u-random-um", options->map.u_random_um, "standard uncertainty of one reading")
+      ->capture_default_str();
+  map->add_option("--parts", options->map.parts,
+                  "number of runs that the points are split into, so that runs can be left out in tests")
+      ->capture_default_str();
   map->callback([options, &exit] {
     exit = run(*options, [&](const std::string& text, Diagnostics& d) {
       return diagnosis::import_map(text, options->file, options->map, d);
@@ -330,7 +338,9 @@ void add_measurements_command(CLI::App& root, int& exit) {
           trace->add_option("--items", traced->items,
                             "the file is what an MTConnect adapter sends (SHDR): its keys and what they are, "
                             "Xact=X_mm,...,Cact=C_deg,line=block"));
-  trace->add_option("--period-s", traced->period_s, "time from sample to sample where they are counted")
+  trace
+      ->add_option("--period-s", traced->period_s,
+                   "time between samples, for a trace that numbers its samples")
       ->check(above_zero())
       ->capture_default_str();
   trace->add_option("--program", traced->program,
@@ -338,15 +348,16 @@ void add_measurements_command(CLI::App& root, int& exit) {
   traced->against.add_to(*trace);
   trace->add_option(
       "--model-out", traced->model_out,
-      "model (TOML) to begin with: by how much all axes follow late alike, which the readings are "
-      "without");
-  trace->add_option("--tolerance-mm", traced->tolerance_mm, "of the program")
+      "write a model (TOML) with the common delay of all axes, which is removed from the readings");
+  trace
+      ->add_option("--tolerance-mm", traced->tolerance_mm,
+                   "tolerance of the CL path that the program was made with")
       ->check(above_zero())
       ->capture_default_str();
   add_smoothing(*trace, traced->smoothing);
   trace
       ->add_option("--rows", traced->how.most_rows,
-                   "moments that are read, about: most evenly over the trace, the others where axes reverse")
+                   "number of samples used, about: most evenly over the trace, the others where axes reverse")
       ->check(CLI::Range(std::size_t{10}, std::size_t{1000000}))
       ->capture_default_str();
   traced->tools.add_to(*trace);
@@ -356,11 +367,16 @@ void add_measurements_command(CLI::App& root, int& exit) {
   auto* log = import->add_subcommand("log", "temperature log with a displacement channel");
   add_files(*log, *options);
   log->add_option("--channel", options->log.channel, "column of the displacement, um")->required();
-  log->add_option("--direction", options->log.direction, "X, Y or Z: direction of sensitivity")
-      ->check(CLI::IsMember({"X", "Y", "Z"}));
-  log->add_option("--u-random-um", options->log.u_random_um, "standard uncertainty of one reading");
-  log->add_option("--step-s", options->log.step_s, "time between rows where the file has none");
-  log->add_option("--every", options->log.every, "keep each n-th reading; the others stay as state");
+  log->add_option("--direction", options->log.direction, "direction of sensitivity")
+      ->check(CLI::IsMember({"X", "Y", "Z"}))
+      ->capture_default_str();
+  log->add_option("--u-random-um", options->log.u_random_um, "standard uncertainty of one reading")
+      ->capture_default_str();
+  log->add_option("--step-s", options->log.step_s, "time between rows, for a file without time")
+      ->capture_default_str();
+  log->add_option("--every", options->log.every,
+                  "keep every n-th reading; the other rows keep only their state (temperatures, speed)")
+      ->capture_default_str();
   log->callback([options, &exit] {
     exit = run(*options, [&](const std::string& text, Diagnostics& d) {
       return diagnosis::import_log(text, options->file, options->log, d);

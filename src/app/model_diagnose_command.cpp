@@ -21,8 +21,9 @@ void add_model_diagnose_command(CLI::App& model, int& exit) {
   files->add_to(*command);
   command->add_option("--also", *also, "model file whose effects (formulas) compete with the library's");
   command
-      ->add_option("--formula", *formula,
-                   "write the formula that follows what no effect of the library explains, as a model file")
+      ->add_option(
+          "--formula", *formula,
+          "write a formula fitted to the residual that no effect of the library explains, as a model file")
       ->type_name(kFileToWrite);
   command->callback([files, also, formula, &exit] {
     const auto in = read_inputs(*files, exit);

@@ -119,7 +119,9 @@ void add_model_effects_command(CLI::App& model, int& exit) {
       ->add_option("effect", options->only,
                    "ids (location:C) or kinds (location) to show; all when none is given")
       ->type_name(kEffectName);
-  command->add_option("-m,--machine", options->machine, "machine file; an A-C trunnion when none is given")
+  command
+      ->add_option("-m,--machine", options->machine,
+                   "machine file, or the name of one in postconfigs/machines (default: an A-C trunnion)")
       ->type_name(kMachineName);
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });

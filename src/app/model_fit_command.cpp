@@ -17,7 +17,7 @@ void add_model_fit_command(CLI::App& model, int& exit) {
   auto plain = std::make_shared<bool>(false);
   files->add_to(*command);
   command->add_option("-o,--output", *out, "the fitted model file")->required();
-  command->add_flag("--no-robust", *plain, "keep outliers");
+  command->add_flag("--no-robust", *plain, "keep outliers in the fit");
   command->callback([files, out, plain, &exit] {
     const auto in = read_inputs(*files, exit);
     if (!in) return;

@@ -78,7 +78,10 @@ void add_model_history_command(CLI::App& model, int& exit) {
   command
       ->add_option("files", options->files, "model files (.toml) in their order, and measurement files (CSV)")
       ->required();
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)")->type_name(kMachineName);
+  command
+      ->add_option("-m,--machine", options->machine,
+                   "machine file, or the name of one in postconfigs/machines")
+      ->type_name(kMachineName);
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }

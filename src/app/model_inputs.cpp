@@ -10,7 +10,9 @@ namespace trunnion::app {
 void ModelFiles::add_to(CLI::App& command, bool data_required, bool model_required) {
   auto* files = command.add_option("data", data, "measurement files (CSV)");
   if (data_required) files->required();
-  auto* m = command.add_option("-m,--machine", machine, "machine file (TOML)")->type_name(kMachineName);
+  auto* m =
+      command.add_option("-m,--machine", machine, "machine file, or the name of one in postconfigs/machines")
+          ->type_name(kMachineName);
   if (data_required) m->required();
   auto* known =
       command.add_option("--model", model, "model file (TOML): what is known of the machine's errors");

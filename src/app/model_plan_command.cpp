@@ -9,8 +9,8 @@
 namespace trunnion::app {
 
 void add_model_plan_command(CLI::App& model, int& exit) {
-  auto* command =
-      model.add_subcommand("plan", "the next measurement: what tells the rivals apart, in minutes");
+  auto* command = model.add_subcommand(
+      "plan", "the next measurement: the runs that separate the candidate effects, with their minutes");
   auto files = std::make_shared<ModelFiles>();
   auto out = std::make_shared<std::string>();
   files->add_to(*command);

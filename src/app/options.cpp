@@ -143,8 +143,7 @@ void ClCliOptions::add_to(CLI::App& c) {
   c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");
   c.add_option(
        "--cl-units", units,
-       "unit of length of a CL file without UNITS (without this option: mm, and an error where its feeds "
-       "are in inches)")
+       "unit of length of a CL file without UNITS (default: mm; a file with feeds in inches is refused)")
       ->check(CLI::IsMember({"mm", "inch"}));
   c.add_option(
        "--cutter-compensation", cutter_compensation,
@@ -200,22 +199,30 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
-               "largest angle of the tool axis from its great circle (the machine's)")
+               "largest angle of the tool axis off the shortest turn between two CL directions (default: "
+               "axis_tolerance_deg of the machine file)")
       ->check(above_zero());
   c.add_option("--nonlinear", nonlinear,
                "how the path is kept in tolerance: adaptive (fewest blocks), reinsert (points exactly on the "
                "path), subtract (no added points, ends shifted), none")
       ->check(CLI::IsMember({"none", "reinsert", "subtract", "adaptive"}))
       ->capture_default_str();
-  c.add_option("--predictor", predictor, "harmonic, harmonic2..9, parabola, skew, quartic or exact")
-      ->capture_default_str();
-  c.add_option("--choice", choice,
-               "choice among the rotary solutions: global, combined, largest, sum or axis:NAME")
+  c.add_option("--predictor", predictor,
+               "how the nonlinear error between two points is predicted: one sine through the midpoint error "
+               "(harmonic), 2 to 9 sines (harmonic2..9), parabola through the midpoint error (parabola), "
+               "with a cubic from the end slopes (skew), from the midpoint error and both end slopes "
+               "(quartic), the curve itself (exact). The tolerance is kept with each of them")
       ->capture_default_str();
   c.add_option(
-       "--feed", feed,
-       "inverse time or per minute; as-programmed, alone or behind one of them (per-minute,as-programmed): "
-       "F is not cut to what the axes reach where the machine file says how fast they accelerate")
+       "--choice", choice,
+       "choice among the rotary solutions: least axis time over all points between two rapids (global); or "
+       "point by point, least root of the sum of squares of the rotary travels (combined), least largest "
+       "travel (largest), least sum (sum), least travel of one axis (axis:NAME)")
+      ->capture_default_str();
+  c.add_option("--feed", feed,
+               "inverse time or per minute; as-programmed, alone or after one of them "
+               "(per-minute,as-programmed): keep the programmed F even where the accelerations of the axes "
+               "in the machine file do not let it be reached")
       // Said with its words, not with all that can be made of them.
       ->check(CLI::IsMember({"inverse", "per-minute", "as-programmed", "inverse,as-programmed",
                              "per-minute,as-programmed"})
@@ -225,40 +232,46 @@ void PostCliOptions::add_to(CLI::App& c) {
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--retract-mm", retract_mm,
-               "how far the tool leaves the part where the rotary axes must turn back")
+               "retract distance from the part before the rotary axes turn back or change the solution")
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--model", model, "model of the machine's errors: compensated, and verified on that machine");
   auto* offsets_option =
       c.add_option("--offsets", offsets, "thermal offsets (CSV) over the program's time or by operation");
   auto* thermal_option =
-      c.add_option("--thermal", thermal_model, "thermal model: offsets are predicted from --temperatures");
+      c.add_option("--thermal", thermal_model,
+                   "thermal model of `thermal fit`: offsets are predicted from --temperatures");
   thermal_option->excludes(offsets_option);
   c.add_option("--temperatures", temperatures,
                "temperature log (CSV) of the run: for --thermal, and for the sensors of --model");
-  c.add_option(
-       "--thermal-output", thermal_output,
-       "thermal offsets as corrected axis values at every point; as one shift for each operation, of "
-       "the work offset (G10 L2; TRANS) or beside it (G52, TRANS); or as coefficients of variables that "
-       "the control holds at run time (--offsets then only serves the verification; with --thermal the "
-       "program calculates them from the control's temperatures")
+  c.add_option("--thermal-output", thermal_output,
+               "how thermal offsets are written: as corrected axis values at every point (axis-values); as "
+               "one shift for each operation, of the work offset (work-offset: G10 L2, TRANS) or in addition "
+               "to it (local-shift: G52, TRANS); or read by the program from variables of the control at run "
+               "time (variables: --offsets is then used for the verification only; with --thermal the "
+               "program calculates them from the control's temperatures)")
       ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift", "variables"}))
       ->capture_default_str();
   c.add_option("--thermal-clamp-um", thermal_clamp_um, "largest thermal correction of an axis")
       ->check(above_zero())
       ->capture_default_str();
-  c.add_option("--thermal-slew-um-s", thermal_slew_um_s, "largest change of it")
+  c.add_option("--thermal-slew-um-s", thermal_slew_um_s,
+               "largest rate of change of the thermal correction of an axis")
       ->check(above_zero())
       ->capture_default_str();
-  c.add_option("--thermal-dead-band-um", thermal_dead_band_um, "smallest change that is followed")
+  c.add_option("--thermal-dead-band-um", thermal_dead_band_um,
+               "smallest change of the thermal correction that is followed")
       ->check(between(0.0, kLargestOption))
       ->capture_default_str();
   c.add_option(
        "--arcs", arcs,
-       "circles of the CL file: in the control's words where it can hold them (native), or as straight "
-       "moves (moves); default: as the controller file says, and those that ship say moves")
+       "circles of the CL file: as circles of the control (G2, G3) where it can run them (native), or as "
+       "straight moves (moves). Default: the choice of the controller file, moves in all supplied files")
       ->check(CLI::IsMember({"native", "moves"}));
-  c.add_option("--cycles", cycles, "the same for drilling cycles")->check(CLI::IsMember({"native", "moves"}));
+  c.add_option("--cycles", cycles,
+               "drilling cycles: as cycles of the control (native), or as straight moves (moves). Default: "
+               "as for --arcs")
+      ->check(CLI::IsMember({"native", "moves"}));
   c.add_flag("--tilted-plane", tilted_plane,
              "write motions of one tool axis (3+2) in a tilted plane of the control");
   c.add_flag("--rtcp", rtcp, "write part coordinates for the control's tool-centre-point control");
@@ -268,13 +281,13 @@ void PostCliOptions::add_to(CLI::App& c) {
   c.add_flag("--thin", thin, "drop programmed points that the tolerance does not need");
   c.add_flag("--move-programmed-points", move_programmed_points,
              "adaptive: programmed points may move by up to the tolerance");
-  c.add_flag("--no-certify", no_certify, "sample deviations instead of proving their bound");
-  c.add_flag("--no-verify", no_verify, "do not read the program back");
+  c.add_flag("--no-certify", no_certify, "sample the deviations instead of proving a bound");
+  c.add_flag("--no-verify", no_verify, "skip the check of the written program");
   c.add_flag("--accept-deviation", accept_deviation,
-             "write a program that misses the tolerance all the same (marked, exit code 1)");
+             "write a program even if it misses the tolerance (it is marked; exit code 1)");
   pole.add_to(c);
   c.add_option("--largest-correction-mm", largest_correction_mm,
-               "--model: a larger correction of the linear axes is taken for a mistake, and refused")
+               "with --model: refuse a larger correction of the linear axes as a mistake")
       ->check(above_zero())
       ->capture_default_str();
   for (const post::PathStage& stage : post::path_stages())
@@ -286,10 +299,12 @@ void PostCliOptions::add_to(CLI::App& c) {
        "work offset that the program calls: 1 (G54), 2, ... (default: SET/OFSETL of the CL file, else the "
        "machine file's)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1000}));
-  c.add_option("--program-name", program.text,
-               "for controls that name programs (PARTNO, else the name of the output file)");
+  c.add_option(
+      "--program-name", program.text,
+      "program name, for controls that name programs (default: PARTNO, else the name of the output file)");
   c.add_option("--program-number", program.number,
-               "for controls that number programs (of the digits in the name, else 1)")
+               "program number (O), for controls that number programs (default: the digits of the program "
+               "name, else 1)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{99999999}));
   tools.add_to(c);
   reading.add_to(c);
@@ -307,8 +322,8 @@ Result<std::optional<double>> smoothing_of(const std::string& text) {
 void add_smoothing(CLI::App& c, std::string& smoothing) {
   c.add_option(
        "--smoothing", smoothing,
-       "words of the control's path smoothing ([path_mode] continuous, continuous_within): off, control "
-       "(by what the control has set) or by how many mm it may round corners, beside the tolerance")
+       "path smoothing of the control ([path_mode] continuous, continuous_within): off, control (the "
+       "control's own setting), or by how many mm it may round corners, in addition to --tolerance-mm")
       ->capture_default_str();
 }
 

@@ -36,34 +36,37 @@ void print_summary(const post::PostReport& r) {
   spdlog::debug("largest predicted error of the path as programmed {:.6f} mm, corrections of up to {:.6f} mm",
                 r.worst_predicted_mm, r.largest_correction_mm);
   if (r.feed_time_lost_s > 0.05)
-    spdlog::info("speeds and accelerations of the axes cost {:.1f} s against the programmed feed",
+    spdlog::info("the axes' speeds and accelerations add {:.1f} s to the time at the programmed feed",
                  r.feed_time_lost_s);
   if (r.blocks_held > 0) {
-    spdlog::info("{} blocks turn the rotary axes alone: digits of X Y Z that rounding put there are left out",
+    spdlog::info("in {} blocks only rotary axes move: X Y Z steps that came from rounding are left out",
                  r.blocks_held);
   }
   if (r.choice.branch_changes > 0)
-    spdlog::info("changes of the branch of the rotary axes: {}", r.choice.branch_changes);
+    spdlog::info("changes from one rotary solution to the other: {}", r.choice.branch_changes);
   if (r.rewinds_at_rapids > 0) spdlog::info("{} rewinds at rapids", r.rewinds_at_rapids);
   if (r.choice.reconfigurations > 0)
-    spdlog::info("{} times the tool leaves the part to turn", r.choice.reconfigurations);
+    spdlog::info("{} retracts from the part to turn rotary axes back", r.choice.reconfigurations);
   if (r.pole_stretches > 0) {
-    spdlog::info("{} stretches near the pole with the tool axis tilted, by {:.4f} deg at most",
-                 r.pole_stretches, r.largest_pole_tilt.deg());
+    spdlog::info("tool axis tilted on {} stretches near the pole, by {:.4f} deg at most", r.pole_stretches,
+                 r.largest_pole_tilt.deg());
   }
   if (r.arcs + r.holes + r.shapes_as_moves > 0) {
     spdlog::info(
-        "{} arcs and {} holes in the control's own words, {} as moves, since those could not hold them",
+        "{} arcs and {} holes as circles and cycles of the control, {} as straight moves, since the control "
+        "cannot run them",
         r.arcs, r.holes, r.shapes_as_moves);
   }
   if (r.tilted_planes > 0) spdlog::info("tilted planes: {}", r.tilted_planes);
-  if (r.choice.pole_points > 0) spdlog::info("points at the pole: {}", r.choice.pole_points);
+  if (r.choice.pole_points > 0)
+    spdlog::info("points with the tool parallel to the inner rotary axis (pole): {}", r.choice.pole_points);
   if (r.largest_error_mm > 0.0) {
     spdlog::info("machine errors of up to {:.4f} mm compensated", r.largest_error_mm);
   }
-  if (r.offset_shifts > 0) spdlog::info("thermal offsets taken {} times", r.offset_shifts);
+  if (r.offset_shifts > 0) spdlog::info("offset shifted {} times for thermal drift", r.offset_shifts);
   if (r.run_time_bend_mm > 0.0)
-    spdlog::info("drift up to the clamp adds at most {:.6f} mm between blocks", r.run_time_bend_mm);
+    spdlog::info("drift within the clamp adds at most {:.6f} mm of deviation inside a block",
+                 r.run_time_bend_mm);
   if (!r.verification) {
     spdlog::warn("warning: not verified");
     return;
@@ -76,13 +79,13 @@ void print_summary(const post::PostReport& r) {
                keeps ? "within" : "off by up to", tip, keeps ? "of its path" : "from its path",
                v.certified ? "proved" : "sampled", keeps ? "tolerance" : "allowed", v.tolerance_mm,
                v.max_axis_deviation.deg());
-  spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
+  spdlog::info("tool axis off by up to {:.4f} deg from the CL direction at the same point of the path; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   const double uncertain_mm = 2.0 * r.head.offset_sigma_mm;
   if (uncertain_mm > v.tolerance_mm)
     spdlog::warn(
-        "warning: the thermal offsets are uncertain by up to {:.4f} mm (2 sigma): the tolerance holds where "
-        "the machine drifts as they say, and this is not in it",
+        "warning: the thermal offsets are uncertain by up to {:.4f} mm (2 sigma): the tolerance holds only "
+        "if the machine drifts exactly as they say",
         uncertain_mm);
   spdlog::info("{}", rapid_text(v));
   if (!v.travel.empty()) spdlog::info("{}; tools: {}", travel_text(v), lengths_text(r.tools));
@@ -124,7 +127,7 @@ report::Page unverified_page(const PostCommand& command, const MachineFiles& fil
   constexpr std::size_t kShown = 20'000;  // bytes of the program
   report::Page page;
   page.title = command.output + " of " + command.cl_file + " on " + files.machine.name;
-  page.verdict = "Not verified (--no-verify): nobody has compared this program with its CL file.";
+  page.verdict = "Not verified (--no-verify): this program was not compared with its CL file.";
   page.tone = report::Tone::bad;
   page.facts = facts(report);
   for (const report::Fact& fact : setup_facts(command, files, report)) page.facts.push_back(fact);
@@ -177,7 +180,8 @@ ExitCode finish(const PostCommand& command, const MachineFiles& files, const pos
     for (const std::string& reason : failed_checks(*outcome.report->verification, command.cl_file))
       spdlog::error("error: {}", reason);
     if (outcome.written) {
-      spdlog::warn("warning: written all the same, marked NOT WITHIN TOLERANCE (--accept-deviation)");
+      spdlog::warn(
+          "warning: written although the check failed, marked NOT WITHIN TOLERANCE (--accept-deviation)");
     } else {
       spdlog::error("error: no file written{}",
                     outcome.only_deviates() ? "; to write it anyway: --accept-deviation" : "");

@@ -209,16 +209,17 @@ void add_program(CLI::App& probe, int& exit) {
   auto* plan = c->add_option("--plan", command->plan.file,
                              "measuring plan, as 'trunnion model plan -o' writes it: ball and poses of its "
                              "run; --ball-mm says where the ball really stands");
-  c->add_option("--run", command->plan.run, "run of the plan (the first that is a ball)")->needs(plan);
+  c->add_option("--run", command->plan.run, "run of the plan (default: the first run with a ball)")
+      ->needs(plan);
   c->add_option("--ball-radius-mm", command->ball_radius_mm, "radius of the ball")
       ->required()
       ->check(between(0.5, 200.0));
   c->add_option("--stylus-radius-mm", command->stylus_radius_mm, "radius of the stylus ball")
       ->required()
       ->check(between(0.1, 50.0));
-  c->add_option(
-       "--stylus-length-mm", command->stylus_length_mm,
-       "from the spindle's gauge point to the CENTRE of the stylus ball (the machine file's tool length)")
+  c->add_option("--stylus-length-mm", command->stylus_length_mm,
+                "length from the spindle's gauge point to the CENTRE of the stylus ball (default: the "
+                "machine file's tool length)")
       ->check(between(1.0, 2000.0));
   c->add_option(
       "--stem-mm", command->around.stem,
@@ -228,40 +229,39 @@ void add_program(CLI::App& probe, int& exit) {
       "--probe-body-mm", command->around.body,
       "RADIUS,ABOVE of the probe over its stylus: a cylinder that begins ABOVE the centre of the stylus "
       "ball; it keeps clear of ball, stem and [table]");
-  c->add_option("--poses", command->poses, "how many poses of the rotary axes")
+  c->add_option("--poses", command->poses, "number of poses of the rotary axes")
       ->check(CLI::Range(std::int64_t{4}, std::int64_t{200}))
       ->capture_default_str()
       ->excludes(plan);
-  c->add_option(
-       "--sides", command->touches.sides,
-       "touches from the side at each pose; 4 do not tell three lobes of a probe from a ball that lies "
-       "elsewhere, 8 do")
+  c->add_option("--sides", command->touches.sides,
+                "touches from the side at each pose; 8 separate the lobes of a three-lobed probe from a "
+                "shift of the ball, 4 do not")
       ->check(CLI::Range(std::int64_t{4}, std::int64_t{12}))
       ->capture_default_str();
-  c->add_option(
-       "--ball-uncertainty-mm", command->within_mm,
-       "at every pose the ball is within this of where the machine file has it (0.45 times the sum of the "
-       "radii, 8 at most): it must hold what points and directions of the axes may be wrong by; less is "
-       "faster")
+  c->add_option("--ball-uncertainty-mm", command->within_mm,
+                "largest expected distance of the ball from its place by the machine file, at any pose; must "
+                "cover the errors of points and directions of the axes; smaller is faster (default: 0.45 "
+                "times the sum of the radii, 8 at most)")
       ->check(above_zero());
-  c->add_option("--clearance-mm", command->clearance_mm, "that the stylus keeps beside that")
+  c->add_option("--clearance-mm", command->clearance_mm,
+                "clearance of the stylus, in addition to --ball-uncertainty-mm")
       ->check(between(0.5, 100.0))
       ->capture_default_str();
   c->add_option("--largest-tilt-deg", command->largest_tilt_deg,
-                "largest angle of the table's normal to the spindle")
+                "largest angle between the normal of the table and the spindle")
       ->check(between(0.0, 90.0))
       ->capture_default_str();
-  c->add_option("--slow-mm-min", command->touches.slow_mm_min, "feed of the touches that measure")
+  c->add_option("--slow-mm-min", command->touches.slow_mm_min, "feed of the measuring touches")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
-  c->add_option("--fast-mm-min", command->touches.fast_mm_min, "feed of the touches before them")
+  c->add_option("--fast-mm-min", command->touches.fast_mm_min, "feed of the fast touches before them")
       ->check(between(0.1, 2000.0))
       ->capture_default_str();
-  c->add_option("--tool", command->tool, "number of the stylus, and of its length")
+  c->add_option("--tool", command->tool, "tool number of the stylus, and of its length register")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{99999}))
       ->capture_default_str();
   c->add_option("--log", command->log,
-                "file of the control that gets the touches (the program's name, .txt)");
+                "name of the log file on the control, for the touches (default: the program's name, .txt)");
   c->add_option("-o,--output", command->out, "NC program to write")->required();
   command->result.add_to(*c);
   c->callback([command, ball, plan, &exit] {
@@ -307,14 +307,13 @@ ExitCode run(const ReadCommand& command) {
 void add_read(CLI::App& probe, int& exit) {
   auto command = std::make_shared<ReadCommand>();
   CLI::App* c =
-      probe.add_subcommand("read", "the control's log of such a program into the measurement format");
-  c->add_option("log", command->log, "the control's file of touches")->required();
+      probe.add_subcommand("read", "the control's log of a probing program into the measurement format");
+  c->add_option("log", command->log, "log file of the control with the touches")->required();
   command->machine.add_to(*c, true);
   c->add_option("--program", command->program, "the program that was run")->required();
-  c->add_option(
-       "--radius-tolerance-mm", command->options.radius_tolerance_mm,
-       "how far the measured radius may be from that of ball and stylus: what the probe travels before it "
-       "says so")
+  c->add_option("--radius-tolerance-mm", command->options.radius_tolerance_mm,
+                "allowed difference of the measured radius from the sum of ball and stylus radius (covers "
+                "the pre-travel of the probe)")
       ->check(above_zero())
       ->capture_default_str();
   c->add_option("-o,--output", command->out, "measurement file to write")->required();

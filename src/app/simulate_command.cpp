@@ -54,15 +54,18 @@ int run(const SimulateFlags& options) {
 
 void add_simulate_command(CLI::App& root, int& exit) {
   auto* command =
-      root.add_subcommand("simulate", "virtual measurements: what a machine with known errors would show");
+      root.add_subcommand("simulate", "virtual measurements: the readings of a machine with known errors");
   auto options = std::make_shared<SimulateFlags>();
   command->add_option("plan", options->plan, "plan file (TOML)")->required();
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)")
+  command
+      ->add_option("-m,--machine", options->machine,
+                   "machine file, or the name of one in postconfigs/machines")
       ->type_name(kMachineName)
       ->required();
   command->add_option("--truth", options->truth, "model file of the true errors")->required();
   command->add_option("-o,--output", options->out, "measurement file to write")->required();
-  command->add_option("--seed", options->seed, "of the noise; the same seed gives the same file");
+  command->add_option("--seed", options->seed, "random seed of the noise; the same seed gives the same file")
+      ->capture_default_str();
   options->result.add_to(*command);
   command->callback([options, &exit] { exit = run(*options); });
 }

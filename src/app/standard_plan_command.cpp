@@ -119,7 +119,9 @@ void add_standard_plan_command(CLI::App& measurements, int& exit) {
           "together), frustum (all five axes, on a cone) or path (along the cuts of a path, --against)")
       ->required()
       ->check(CLI::IsMember(diagnosis::standard_plan_kinds()));
-  command->add_option("-m,--machine", options->machine, "machine file (TOML)")
+  command
+      ->add_option("-m,--machine", options->machine,
+                   "machine file, or the name of one in postconfigs/machines")
       ->type_name(kMachineName)
       ->required();
   command

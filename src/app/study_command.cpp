@@ -62,13 +62,16 @@ void add_study_command(CLI::App& root, int& exit) {
   c->add_option("part", command->cl_file, "CL file (- is standard input)")->required();
   command->machine.add_to(*c, false);
   c->add_option("--tolerance-mm", command->tolerances_mm,
-                "tolerances to compare (0.01 0.005 0.002 0.001 0.0005)")
+                "tolerances to compare (default: 0.01 0.005 0.002 0.001 0.0005)")
       ->check(above_zero())
       ->delimiter(',');
   c->add_option("--flute-length-mm", command->flute_mm,
-                "the tolerances hold from the tip of the tool to so far up (0: for the tip alone)")
+                "hold the tolerances for every point of the tool from its tip to this length along its axis "
+                "(0: for the tip alone)")
       ->check(CLI::Range(0.0, 1000.0));
-  c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg, "of the tool axis (the machine's)")
+  c->add_option("--axis-tolerance-deg", command->axis_tolerance_deg,
+                "largest angle of the tool axis off the shortest turn between two CL directions (default: "
+                "axis_tolerance_deg of the machine file)")
       ->check(above_zero());
   c->add_option("--list", command->listed, "segments to list, largest error first")
       ->check(between(0.0, kLargestOption))

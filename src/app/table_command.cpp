@@ -430,15 +430,20 @@ ExitCode run(const TableOptions& options, Work work) {
 void add_format_options(CLI::App& command, TableOptions& options) {
   command
       .add_option("--axes", options.of_format.axis_numbers,
-                  "names of the control's axes 1, 2, 3, ... (else the machine file's)")
+                  "names of the control's axes 1, 2, 3, ... (default: those of the machine file)")
       ->delimiter(',');
   command.add_option("--axis", options.of_format.input_axis, "axis of a file that does not name it");
-  command.add_option("--type", options.of_format.file_type, "COMP_FILE_TYPE: 0 actual positions, 1 trims")
+  command
+      .add_option("--type", options.of_format.file_type,
+                  "files with a COMP_FILE_TYPE: 0 actual positions, 1 trims")
       ->check(CLI::Range(0, 1));
-  command.add_option("--unit-um", options.unit_um, "value of one increment")->check(CLI::PositiveNumber);
+  command.add_option("--unit-um", options.unit_um, "files of increments: value of one increment, um")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   command.add_option("--reference-number", options.of_format.reference_number,
-                     "number of the reference point of increments");
-  command.add_option("--reference", options.of_format.reference_mm, "its coordinate (mm, deg)");
+                     "files of increments: number of the reference point (parameter 3620)");
+  command.add_option("--reference", options.of_format.reference_mm,
+                     "files of increments: coordinate of the reference point (mm, deg)");
   command.add_flag("--negate", options.of_format.negate, "opposite sign of all values");
 }
 
@@ -450,7 +455,10 @@ void add_table_command(CLI::App& root, int& exit) {
   auto options = std::make_shared<TableOptions>();
   const auto add = [&](const char* name, const char* what, Work work) {
     CLI::App* sub = command->add_subcommand(name, what);
-    sub->add_option("-m,--machine", options->machine, "machine file")->type_name(kMachineName)->required();
+    sub->add_option("-m,--machine", options->machine,
+                    "machine file, or the name of one in postconfigs/machines")
+        ->type_name(kMachineName)
+        ->required();
     options->result.add_to(*sub);
     sub->callback([options, work, &exit] {
       options->of_format.unit_mm = options->unit_um * kMmPerUm;
@@ -480,7 +488,8 @@ void add_table_command(CLI::App& root, int& exit) {
   in->add_option("--measured-at", options->measured_at,
                  "where the line was measured, from the carriage point (mm): Abbe transfer")
       ->expected(3);
-  in->add_option("--step", options->step, "interval of an increment file (mm, deg)")
+  in->add_option("--step", options->step,
+                 "files of increments: interval of the points (parameter 3624; mm, deg)")
       ->check(CLI::PositiveNumber);
   add_format_options(*in, *options);
 
@@ -514,7 +523,7 @@ void add_table_command(CLI::App& root, int& exit) {
 
   CLI::App* studied = add("study", "the study of cross-talk on a simulated three-axis machine", study);
   studied->add_option("--truth", options->truth, "model file with the true errors")->required();
-  studied->add_option("--seed", options->seed, "of the noise");
+  studied->add_option("--seed", options->seed, "random seed of the noise")->capture_default_str();
 }
 
 }  // namespace trunnion::app

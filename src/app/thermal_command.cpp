@@ -200,22 +200,25 @@ ExitCode run_import(const ImportWords& words) {
 
 void add_import(CLI::App& command, int& exit) {
   auto words = std::make_shared<ImportWords>();
-  CLI::App* sub =
-      command.add_subcommand("import", "another program's log into ours: sensors end in _C, channels in _um");
-  sub->add_option("file", words->file)->required();
+  CLI::App* sub = command.add_subcommand(
+      "import",
+      "another program's log into a temperature log; names of sensors end in _C, of channels in _um");
+  sub->add_option("file", words->file, "log to read: a table of numbers with a header")->required();
   sub->add_option("-o,--output", words->output, "log to write (- is standard output)")->default_str("-");
-  sub->add_option("--time", words->options.time_column,
-                  "column of the time, numbers or dates [time_s, time, timestamp, datetime, date or zeit]");
-  sub->add_option("--step-s", words->options.step_s, "the file has no time: its rows are so far apart")
+  sub->add_option(
+      "--time", words->options.time_column,
+      "column of the time, numbers or dates (default: time_s, time, timestamp, datetime, date or zeit)");
+  sub->add_option("--step-s", words->options.step_s, "time between rows, for a file without time")
       ->check(CLI::PositiveNumber);
   sub->add_option("--sensor", words->options.sensors,
                   "columns of temperatures in degC, as shell patterns: 'PT*'")
       ->delimiter(',');
   sub->add_option("--delimiter", words->options.delimiter,
-                  "between fields [tab, ; | or comma, as the header has]");
+                  "character between fields (default: tab, ; | or comma, as in the header)");
   sub->add_option("--skip-lines", words->options.skip_lines, "lines before the header");
-  sub->add_flag("--part", words->options.part, "a file of sensors only, or of channels only, is right");
-  sub->add_option("--seconds-per-count", words->options.seconds_per_count, "when that column counts samples");
+  sub->add_flag("--part", words->options.part, "accept a file with only temperatures or only displacements");
+  sub->add_option("--seconds-per-count", words->options.seconds_per_count,
+                  "seconds per count, if the column of --time counts samples");
   sub->add_option("--run", words->options.run_column, "column whose value names the run");
   sub->add_option("--speed", words->options.speed_column, "column of the spindle speed")
       ->capture_default_str();
@@ -223,7 +226,8 @@ void add_import(CLI::App& command, int& exit) {
                 "a run begins whenever the speed rises from zero");
   sub->add_option("--channel", words->options.channels, "columns of displacements, as shell patterns")
       ->delimiter(',');
-  sub->add_option("--um-per-count", words->options.um_per_count, "unit of those");
+  sub->add_option("--um-per-count", words->options.um_per_count,
+                  "um per count of the --channel columns whose names do not end in _um");
   words->result.add_to(*sub);
   sub->callback([words, &exit] { exit = run_import(*words); });
 }
@@ -233,9 +237,11 @@ void add_log_options(CLI::App& sub, ThermalOptions& options) {
       ->required();
   sub.add_option("--target", options.targets, "measured channels, without _um (default: all)")
       ->delimiter(',');
-  sub.add_option("--measure-every-min", options.measure_every_min, "interval of the measurements [30]")
+  sub.add_option("--measure-every-min", options.measure_every_min,
+                 "interval of the measurements within a run (default: 30)")
       ->check(CLI::PositiveNumber);
-  sub.add_option("--keep-sensors", options.keep, "sensors that are kept whatever their readings are; all")
+  sub.add_option("--keep-sensors", options.keep,
+                 "sensors that are never rejected as faulty: their names, or all")
       ->delimiter(',');
   options.result.add_to(sub);
 }
@@ -247,24 +253,32 @@ void add_thermal_command(CLI::App& root, int& exit) {
   command->require_subcommand(1);
 
   auto screening = std::make_shared<ThermalOptions>();
-  CLI::App* sub =
-      command->add_subcommand("screen", "which sensors matter: the paper's way beside held-out runs");
+  CLI::App* sub = command->add_subcommand(
+      "screen",
+      "which sensors matter: by p values, as in the thermal paper, and by the error on runs left out");
   add_log_options(*sub, *screening);
   sub->callback([screening, &exit] { exit = run_screen(*screening); });
 
   auto fitting = std::make_shared<ThermalOptions>();
-  sub = command->add_subcommand(
-      "fit", "fit and validate, run by run, against none and holding the last measurement");
+  sub = command->add_subcommand("fit",
+                                "fit a model, and compare its error on runs left out with no correction and "
+                                "with the last measured value");
   add_log_options(*sub, *fitting);
-  sub->add_option("--method", fitting->method)
+  sub->add_option(
+         "--method", fitting->method,
+         "ols: temperatures with p < 0.05; rises, ridge: temperature rises, without and with their lags; "
+         "svr, svr_all: support vectors on the temperatures with p < 0.05, on all; lag: lags of spindle "
+         "speed and feed; combined: ridge and lag together; gp: Gaussian process on the inputs of both; "
+         "mean: of ridge, combined and gp; auto: the one with the least error on runs left out")
       ->check(
           CLI::IsMember({"auto", "ols", "rises", "ridge", "svr", "svr_all", "gp", "lag", "combined", "mean"}))
       ->capture_default_str();
-  sub->add_option("--window-h", fitting->window_h, "beginning of a run that is scored on its own")
+  sub->add_option("--window-h", fitting->window_h, "first hours of a run, reported separately")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_option("--axes", fitting->axes,
-                  "which offset a channel gives: ch3=dy,ch5=dz,ch1=none (x, dx, ... know theirs)")
+                  "which offset a channel gives: ch3=dy,ch5=dz,ch1=none (not needed for channels named x, y, "
+                  "z, dx, dy, dz)")
       ->delimiter(',');
   sub->add_option("-o,--output", fitting->output, "thermal model to write");
   sub->callback([fitting, &exit] { exit = run_fit(*fitting); });
@@ -275,9 +289,9 @@ void add_thermal_command(CLI::App& root, int& exit) {
   sub->add_option("log", predicting->logs, "temperature logs")->required();
   sub->add_option("-o,--output", predicting->output, "offsets to write (- is standard output)")
       ->default_str("-");
-  sub->add_option("--run", predicting->run, "one run of the log");
+  sub->add_option("--run", predicting->run, "predict only this run of the log");
   sub->add_option("--measure-every-min", predicting->measure_every_min,
-                  "how often the log's measurements are made known (default: as the model was validated)")
+                  "interval at which measurements of the log are used (default: that of the validation)")
       ->check(CLI::PositiveNumber);
   sub->add_flag("--open-loop", predicting->open_loop, "do not use the measurements of the log");
   sub->add_option(

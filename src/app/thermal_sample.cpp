@@ -74,15 +74,23 @@ ExitCode run_assess(const AssessOptions& options) {
 
 void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
   auto making = std::make_shared<ThermalSampleFlags>();
-  CLI::App* sub =
-      thermal.add_subcommand("simulate", "impeller days of a simulated machine, with their truth");
+  CLI::App* sub = thermal.add_subcommand(
+      "simulate", "simulated temperature logs of days on which impellers are milled, with the true drift");
   sub->add_option("-o,--output", making->output, "temperature log to write")->required();
   sub->add_option("--truth", making->truth, "write the true drift to this file")->type_name(kFileToWrite);
-  sub->add_option("--impellers", making->days.impellers)->check(CLI::Range(1, 1000))->capture_default_str();
-  sub->add_option("--blades", making->days.blades)->check(CLI::Range(1, 100))->capture_default_str();
-  sub->add_option("--seed", making->days.day_seed, "of the days")->capture_default_str();
-  sub->add_option("--machine-seed", making->days.machine_seed)->capture_default_str();
-  sub->add_option("--gain", making->days.gain, "of all drifts")
+  sub->add_option("--impellers", making->days.impellers, "number of impellers, one a day")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  sub->add_option("--blades", making->days.blades, "blades of an impeller; the drift is measured after each")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  sub->add_option("--seed", making->days.day_seed,
+                  "random seed of the days (heat flows and gains are drawn for each day)")
+      ->capture_default_str();
+  sub->add_option("--machine-seed", making->days.machine_seed,
+                  "random seed of the machine's own thermal behaviour")
+      ->capture_default_str();
+  sub->add_option("--gain", making->days.gain, "scale of all drifts")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_flag("--no-hidden", making->no_hidden, "without the effects that no sensor sees");
@@ -93,7 +101,8 @@ void add_thermal_sample_commands(CLI::App& thermal, int& exit) {
   sub = thermal.add_subcommand("assess", "share of blades within a tolerance, with and without offsets");
   sub->add_option("truth", assessing->truth, "truth of thermal simulate")->required();
   sub->add_option("offsets", assessing->offsets, "offsets of thermal predict")->required();
-  sub->add_option("--tolerance-mm", assessing->tolerance_mm)
+  sub->add_option("--tolerance-mm", assessing->tolerance_mm,
+                  "largest deviation of a blade that counts as within")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   sub->add_flag("--per-blade", assessing->per_blade, "the offset is sent once, at the start of each blade");

@@ -112,7 +112,7 @@ ExitCode run_split(const ThermalSplitOptions& options) {
 void add_thermal_split_command(CLI::App& thermal, int& exit) {
   auto options = std::make_shared<ThermalSplitOptions>();
   CLI::App* sub = thermal.add_subcommand(
-      "split", "drift measured at several poses: what the tool, the A axis and the C axis have moved");
+      "split", "drift measured at several poses: how far the tool, the A axis and the C axis have moved");
   sub->add_option("data", options->files, "measurement files (CSV): displacements since the datum")
       ->required();
   sub->add_option("-m,--machine", options->machine,
@@ -127,7 +127,7 @@ void add_thermal_split_command(CLI::App& thermal, int& exit) {
   sub->add_flag("--rides", options->rides, "zero was set on the cold machine and moves with the table")
       ->excludes(probed);
   sub->add_option("--need", options->need,
-                  "exit code 1 unless these are told apart (tool_x, tool_y, X0C, Y0C)")
+                  "exit code 1 unless the data separate these (tool_x, tool_y, X0C, Y0C)")
       ->delimiter(',');
   options->result.add_to(*sub);
   sub->callback([options, &exit] { exit = run_split(*options); });

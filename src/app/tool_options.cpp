@@ -14,25 +14,21 @@ constexpr double kLongestFlute_mm = 1000.0;
 }  // namespace
 
 void ToolCliOptions::add_to(CLI::App& c) {
-  c.add_option(
-      "--tools", tools,
-      "tool file: CSV with tool, length_mm (and radius_mm, flute_length_mm, register), or a tool table "
-      "tool.tbl "
-      "(T, Z, D). A tool that it lacks has the length of LOADTL/n,LENGTH,l, else --tool-length-mm, else the "
-      "machine file's");
-  c.add_option("--tool", tool,
-               "for a CL file that loads no tool: as if LOADTL with this number stood in front")
+  c.add_option("--tools", tools,
+               "tool file: CSV with tool, length_mm (and radius_mm, flute_length_mm, register), or a tool "
+               "table tool.tbl (T, Z, D). Tools not in it: length of LOADTL/n,LENGTH,l, else "
+               "--tool-length-mm, else the machine file's");
+  c.add_option("--tool", tool, "tool number to load at the start, for a CL file that loads no tool")
       ->check(CLI::Range(std::uint32_t{0}, std::uint32_t{99999999}));
   c.add_option(
        "--tool-length-mm", length_mm,
-       "gauge length of a tool that nobody gives one. Where the CL file loads no tool and there is no "
-       "--tool: words of the spindle's gauge point, length compensation off")
+       "gauge length of tools without one in the tool file or LOADTL. If the CL file loads no tool and "
+       "--tool is not given: X Y Z are positions of the spindle's gauge point, length compensation off")
       ->check(above_zero());
-  c.add_option(
-       "--flute-length-mm", flute_mm,
-       "the tolerance holds for every point of the tool from its tip to so far along its axis; 0: for "
-       "the tip alone (default: flute_length_mm of the tool file, else the height of CUTTER's seven "
-       "numbers in the CL file, else 0)")
+  c.add_option("--flute-length-mm", flute_mm,
+               "hold the tolerance for every point of the tool from its tip to this length along its axis; "
+               "0: for the tip alone (default: flute_length_mm of the tool file, else the height of CUTTER's "
+               "seven numbers in the CL file, else 0)")
       ->check(CLI::Range(0.0, kLongestFlute_mm));
 }
 

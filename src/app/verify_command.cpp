@@ -15,6 +15,7 @@ namespace trunnion::app {
 namespace {
 
 void print_report(const post::VerifyReport& v) {
+  constexpr double kPerCent = 100.0;
   spdlog::info("{} CL points, {} NC motion blocks ({} rapid)", v.points_in, v.points_out, v.rapid_blocks);
   spdlog::info("tip deviation {:.6f} mm ({}), tolerance {} mm", v.largest_tip_deviation_mm(),
                v.certified ? "proved bound" : "sampled", v.tolerance_mm);
@@ -27,7 +28,7 @@ void print_report(const post::VerifyReport& v) {
   spdlog::info("CL points met within {:.6f} mm, {} missed", v.max_point_deviation_mm, v.points_missed);
   spdlog::info("tool axis deviation {:.4f} deg, tolerance {:.4f} deg", v.max_axis_deviation.deg(),
                v.axis_tolerance.deg());
-  spdlog::info("at the tip's own place the tool axis is within {:.4f} deg of the path's; {}",
+  spdlog::info("tool axis off by up to {:.4f} deg from the CL direction at the same point of the path; {}",
                v.max_axis_deviation_at_tip.deg(), post::flute_text(v));
   if (v.pole_tolerance > Angle{}) {
     spdlog::info("tool axis deviation near the pole {:.4f} deg, tolerance {:.4f} deg more",
@@ -37,7 +38,7 @@ void print_report(const post::VerifyReport& v) {
   for (const auto& u : v.unsafe) spdlog::error("error: NC line {}: {}", u.nc_line, u.what);
   for (const auto& b : v.beyond_limits)
     spdlog::error("error: NC line {} is beyond the limits of axis {}", b.nc_line, b.axis);
-  spdlog::info("axes at {:.3f} of their largest speed at most", v.max_speed_ratio);
+  spdlog::info("highest axis speed: {:.1f} % of its limit", kPerCent * v.max_speed_ratio);
   for (const auto& f : v.too_fast) {
     spdlog::error("error: NC line {} moves axis {} at {:.4f} times its largest speed", f.nc_line, f.axis,
                   f.ratio);

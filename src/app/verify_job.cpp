@@ -31,23 +31,25 @@ void VerifyCommand::add_to(CLI::App& c) {
   c.add_option("program", nc_file, "NC file (- is standard input)")->required();
   against.add_to(c)->required();
   machine.add_to(c, true);
-  c.add_option("--truth", truth, "model of the errors of the machine to evaluate on (none: nominal)");
+  c.add_option("--truth", truth,
+               "model of the errors of the machine to evaluate on (default: the nominal machine)");
   c.add_option("--offsets", of_run.offsets,
-               "thermal offsets (CSV) that the machine has while the program runs (none: cold)");
-  c.add_option(
-      "--trace", of_run.trace,
-      "positions of the axes over time that the control recorded while it ran the program (CSV: time_s, "
-      "X_mm, A_deg, ...): judge what it really did, too");
-  c.add_option("--tolerance-mm", tolerance_mm, "largest deviation of the tip")
+               "thermal offsets (CSV) of the machine while the program runs (default: none, a cold machine)");
+  c.add_option("--trace", of_run.trace,
+               "positions of the axes over time that the control recorded while it ran the program (CSV: "
+               "time_s, X_mm, A_deg, ...): check the recorded motion, too");
+  c.add_option("--tolerance-mm", tolerance_mm, "largest deviation of the tip from the CL path")
       ->check(above_zero())
       ->capture_default_str();
   c.add_option("--rapid-tolerance-mm", rapid_tolerance_mm,
                "largest deviation of the tip from the straight line of a rapid")
       ->check(above_zero())
       ->capture_default_str();
-  c.add_option("--axis-tolerance-deg", axis_tolerance_deg, "largest angle of the tool axis")
+  c.add_option("--axis-tolerance-deg", axis_tolerance_deg,
+               "largest angle of the tool axis off the shortest turn between two CL directions (default: "
+               "axis_tolerance_deg of the machine file)")
       ->check(above_zero());
-  c.add_flag("--no-certify", no_certify, "sample deviations instead of proving their bound");
+  c.add_flag("--no-certify", no_certify, "sample the deviations instead of proving a bound");
   c.add_option(
       "--work-offset", work_offset,
       "work offset that the program is to call: 1 (G54), 2, ... (default: SET/OFSETL of the CL file, else "

@@ -454,11 +454,11 @@ void name_always_unseen(const Machine& machine, Calibration& out) {
       "axes that carry "
       "the part cannot tell more");
   out.not_seen.push_back(
-      "the zero of a rotary axis: it is in the lines and in the ball's place, for the part frame is "
-      "where the table is with " +
+      "the zero of a rotary axis: it is part of the axis lines and of the ball's position, since the part "
+      "frame is that of the table with " +
       listed(names) + " at 0");
   out.not_seen.push_back(
-      "where along its line the point of an axis is, and turns of the linear axes all together");
+      "the position of an axis' point along its axis, and a common rotation of the linear axes");
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ Figure velocities_figure(const Machine& machine, const post::VerifyReport& repor
   }
   return {rotary ? "rotary-velocities" : "linear-velocities",
           rotary ? "Velocities of the rotary axes" : "Velocities of the linear axes",
-          "Mean of each feed block, from its travel and the time it lasts by its F word; rapids are gaps.",
+          "Mean axis speed of each feed block: its travel over its time by the F word; rapids are not shown.",
           std::move(plot)};
 }
 
@@ -117,10 +117,11 @@ Figure pole_figure(const post::VerifyReport& report, const std::vector<PolePlace
     if (branch != 0 && places[i].branch != branch) changes.x.push_back(x), changes.y.push_back(y);
     branch = places[i].branch;
   }
-  const std::string caption = "At 0° the inner axis cannot change the tool's direction (pole). " +
-                              std::to_string(changes.x.size()) +
-                              " branch changes (from one of the two rotary solutions to the other), " +
-                              std::to_string(passages.x.size()) + " stays at the pole.";
+  const std::string caption =
+      "At 0° (pole) the inner rotary axis does not change the tool direction. Branch changes (from one of "
+      "the two rotary solutions to the other): " +
+      std::to_string(changes.x.size()) + "; intervals at the pole: " + std::to_string(passages.x.size()) +
+      ".";
   plot.series.push_back(std::move(line));
   if (!changes.x.empty()) plot.series.push_back(std::move(changes));
   if (!passages.x.empty()) plot.series.push_back(std::move(passages));

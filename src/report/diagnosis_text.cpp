@@ -35,7 +35,7 @@ std::string sizes(const std::optional<double>& um, const std::optional<double>& 
 
 std::string chi2_text(double chi2, double dof) {
   std::string out = "chi-square " + number(chi2) + " for " + number(dof) + " degrees of freedom";
-  if (dof > 0.0) out += " (root of the quotient " + number(std::sqrt(chi2 / dof)) + ")";
+  if (dof > 0.0) out += " (residuals " + number(std::sqrt(chi2 / dof)) + " times the stated uncertainty)";
   return out;
 }
 
@@ -118,8 +118,8 @@ std::string fit_text(const Fit& f) {
   if (f.sigma_factor > 1.0)
     out += "WARNING: the model does not explain these readings (chi-square per degree of freedom " +
            number(f.chi2 / f.dof) + "). The uncertainties below are " + number(f.sigma_factor) +
-           " times those that follow from the stated ones, and hold only if what is missing is like noise: "
-           "`model diagnose` says what it is.\n";
+           " times those that follow from the stated ones, and hold only if the missing effects act like "
+           "random noise: `model diagnose` searches for them.\n";
   for (const ModelEffect& effect : f.model.effects) {
     const auto& info = effect.effect->info();
     for (std::size_t k = 0; k < effect.parameters.size(); ++k) {

@@ -121,9 +121,9 @@ Table ranking_table(const Machine& machine, const EffectContext& context, const 
   table.id = "ranking";
   table.title = "Effects of the library, each as if it alone were added";
   table.caption =
-      "p: chance of at least this over all effects and shapes tried, if nothing were missing. Detectable: "
-      "what these data would "
-      "show with 95 % chance. Rivals: effects that do nearly the same to these readings.";
+      "p: probability of at least this improvement by chance, with all effects and shapes tried taken into "
+      "account. Detectable: size that these data would show with 95 % probability. Rivals: effects that "
+      "change these readings in nearly the same way.";
   table.columns = {"effect",
                    "what it is",
                    "p",
@@ -174,8 +174,8 @@ std::optional<Figure> rivals_figure(const Diagnosis& d) {
     }
   }
   return Figure{"pairs", "Effects that look alike in these data",
-                "Largest cosine between what two effects do to these readings; dark where it was below what "
-                "counts as a rival.",
+                "Largest cosine between the changes of these readings by two effects: 1 means that they "
+                "cannot be separated; dark: below the threshold of a rival.",
                 std::move(plot)};
 }
 
@@ -191,9 +191,8 @@ Figure budget_figure(const Machine& machine, const diagnosis::Dataset& data, con
   }
   plot.series.push_back(std::move(bars));
   return {"budget", "Error budget by effect",
-          "Shapley shares of the mean square of what the effects do to these readings: they add up to the "
-          "whole and do not "
-          "depend on the order. A negative share: the effect undoes others.",
+          "Share of each effect in the mean square of the error in these readings (Shapley values: they add "
+          "up to the whole and do not depend on the order). Negative: the effect cancels part of others.",
           std::move(plot)};
 }
 
@@ -254,8 +253,8 @@ Figure steps_figure(const std::vector<diagnosis::HistoryEntry>& entries, std::si
   }
   plot.series = {std::move(noise), std::move(fit), std::move(held)};
   return {"steps-error", "Error by step",
-          "Root mean square on these data, and on runs that were held out while the parameters were fitted; "
-          "the band is what the readings' own noise leaves.",
+          "Root mean square on these data, and on runs that were left out of the fit; band: expected from "
+          "measurement noise alone.",
           std::move(plot)};
 }
 

@@ -326,7 +326,7 @@ Page machine_check_page(const Machine& machine, const std::vector<BodyMesh>& bod
   const std::string some = short_number(number_at(json, "tool_axis_one_way_deg"), 4);
   page.verdict = "The tool axis reaches every direction up to " + every + "° from the spindle" +
                  (every == some ? "" : ", some up to " + some + "°") + ". With the tip at the part's zero ";
-  page.verdict += beyond.empty() ? "every axis stays within its travel wherever the rotary axes stand." : "";
+  page.verdict += beyond.empty() ? "every axis stays within its travel at all rotary positions." : "";
   for (std::size_t i = 0; i < beyond.size(); ++i)
     page.verdict += (i == 0 ? "" : ", ") + text_at(beyond[i], "axis") + " would go " +
                     short_number(number_at(beyond[i], "by_mm"), 4) + " mm beyond its travel (at " +

@@ -301,7 +301,7 @@ Page circles_page(const ResultText& result) {
       add_bars(bars, "", numbers_of(causes, "per_cent"));
       section.items.emplace_back(Figure{id + "-causes", "What shapes the circle",
                                         "Shares of the mean square of the deviations, all causes fitted "
-                                        "together. A negative share: the cause undoes others.",
+                                        "together. Negative: the cause cancels part of others.",
                                         std::move(bars)});
       const auto most = std::max_element(causes.begin(), causes.end(), [](const auto& a, const auto& b) {
         return number_at(a, "per_cent") < number_at(b, "per_cent");
@@ -343,9 +343,8 @@ Page circles_page(const ResultText& result) {
       list.id = id + "-causes-table";
       list.title = "Causes";
       list.caption =
-          "Lost motion: what the axis lacks after it turned round. Servo mismatch: the amplitude of the "
-          "ellipse at "
-          "45° that turns over with the direction. Other: what none of them explains, noise among it.";
+          "Lost motion: reversal error of the axis. Servo mismatch: amplitude of the ellipse at 45° that "
+          "changes sides with the direction. Other: what none of them explains, with the noise.";
       section.items.emplace_back(std::move(list));
     }
     section.items.emplace_back(std::move(table));

@@ -52,9 +52,10 @@ Section next_section(const Machine& machine, const Diagnosis& d) {
   Table table;
   table.id = "next";
   table.title = "Runs";
-  table.caption = "Together " + short_number(d.next->minutes, 3) + " min; chance of a wrong name " +
-                  short_number(100 * d.next->wrong_before, 2) + " % before, " +
-                  short_number(100 * d.next->wrong_after, 2) + " % after.";
+  table.caption =
+      "Total " + short_number(d.next->minutes, 3) +
+      " min; probability of naming a wrong effect: " + short_number(100 * d.next->wrong_before, 2) +
+      " % now, " + short_number(100 * d.next->wrong_after, 2) + " % afterwards.";
   table.columns = {"run", "minutes", "readings of"};
   table.numeric = {false, true, false};
   for (const auto& run : d.next->runs) {
@@ -140,7 +141,7 @@ std::string headline(const Diagnosis& d) {
   if (worst > 0.0)
     out += ". Detection limits: " + um_text(best) + " rms for the effect seen best, " + um_text(worst) +
            " for the one seen worst";
-  if (blind > 0) out += "; " + std::to_string(blind) + " effects are not excited by these runs";
+  if (blind > 0) out += "; " + std::to_string(blind) + " effects cannot be seen in these runs";
   return out + ".";
 }
 

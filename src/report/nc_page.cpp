@@ -167,15 +167,13 @@ Section path_section(const NcPageInput& input, const std::vector<ProgrammedSegme
   put_meshes(scene, input.bodies);
   scene.title = "Part, machine and program";
   scene.caption =
-      "The surface is stretched between neighbouring rows of the cut; colours are those of the blocks that "
-      "end "
-      "there. Drag or use the arrow keys to turn, + and - to come nearer; space plays, comma and full stop "
-      "step.";
+      "The surface is interpolated between neighbouring passes; colour: deviation of the block that ends "
+      "there. Drag or use the arrow keys to turn, + and - to zoom; space plays, comma and full stop step.";
   if (scene.columns.front().values.size() < r.blocks.size())
     scene.caption +=
         " Drawn: " + std::to_string(scene.columns.front().values.size()) + " of " +
         std::to_string(r.blocks.size()) +
-        " blocks: every block about the worst places, else the smallest and the largest of each stretch.";
+        " blocks: every block near the worst places, elsewhere the smallest and the largest of each stretch.";
   scene.path_figure = kPathFigure;
   scene.still = path_plot(r, 0.0);
   // What compensation changes is what is asked of such a program first.
@@ -224,13 +222,12 @@ Figure deviation_figure(const post::VerifyReport& r, const std::vector<Programme
     for (double& v : after.y) v = std::isfinite(v) ? std::max(v, kLeastDrawn_um) : v;
   }
   plot.series.push_back(std::move(after));
-  return {
-      kPathFigure, "Deviation along the path",
-      before ? "Largest distance of the tip from the programmed path, block by block; and how far the tip of "
-               "the nominal machine would stray between the same CL points without inserted points. "
-               "Logarithmic: what is below 0.01 µm stands at 0.01."
-             : "Largest distance of the tip from the programmed path, block by block.",
-      std::move(plot)};
+  return {kPathFigure, "Deviation along the path",
+          before ? "Largest distance of the tip from the programmed path, block by block; and the tip error "
+                   "of the nominal machine between the same CL points without inserted points. Logarithmic "
+                   "scale; values below 0.01 µm are drawn at 0.01."
+                 : "Largest distance of the tip from the programmed path, block by block.",
+          std::move(plot)};
 }
 
 Figure axis_deviation_figure(const post::VerifyReport& r) {
@@ -308,12 +305,13 @@ Page nc_page(const NcPageInput& input) {
     const auto worst = std::max_element(segments.begin(), segments.end(), [](const auto& a, const auto& b) {
       return a.straight_um < b.straight_um;
     });
-    deviation.items.emplace_back(Figure{"harmonic", "The harmonic model on the worst segment",
-                                        "The segment that errs most when it is run in one move (CL line " +
-                                            std::to_string(r.blocks[worst->to].cl_line) +
-                                            "): its error vector, what a sine through the midpoint error "
-                                            "predicts, and what each prediction leaves.",
-                                        model_against_truth(*input.machine, r, *worst)});
+    deviation.items.emplace_back(
+        Figure{"harmonic", "The harmonic model on the worst segment",
+               "The segment with the largest nonlinear error without inserted points (CL line " +
+                   std::to_string(r.blocks[worst->to].cl_line) +
+                   "): its true error vector, the prediction by a sine through the midpoint error, and the "
+                   "error of each prediction.",
+               model_against_truth(*input.machine, r, *worst)});
   }
   page.sections.push_back(std::move(deviation));
   page.sections.push_back(axes_section(*input.machine, r));

@@ -139,9 +139,8 @@ std::string html_of(const Listing& listing) {
 std::string html_of(const Scene& scene) {
   return "<figure id=\"scene\" class=\"scene\"><h3>" + escaped(scene.title) +
          "</h3><div class=\"stage\" hidden></div><div class=\"plot still\">" + svg_of(scene) +
-         "</div><p class=\"why-still\">This is a still picture: nothing in space can be drawn without "
-         "scripts and "
-         "WebGL 2.</p><figcaption>" +
+         "</div><p class=\"why-still\">The 3-D view needs JavaScript and WebGL 2; this is a still "
+         "picture.</p><figcaption>" +
          escaped(scene.caption) + "</figcaption></figure>\n";
 }
 

@@ -66,8 +66,7 @@ Scene stands_scene(const Machine& machine, std::vector<Scene::Stand> stands) {
   out.title = "The poses, on the machine";
   out.caption =
       "Choose a pose in the list, or step with comma and full stop: the machine goes there. Positions are "
-      "those "
-      "of the axes, in mm and degrees. Bodies are only drawn to show what carries what.";
+      "those of the axes, in mm and degrees. Bodies only show which body carries which.";
   return out;
 }
 
@@ -77,9 +76,9 @@ Scene jog_scene(const Machine& machine, const std::vector<BodyMesh>& meshes) {
   out.by_hand.start = clear_of_part(machine, out.size_mm);
   out.title = "The machine, moved by hand";
   out.caption =
-      "Move an axis and compare with the machine: an arrow shows the way of its body for a positive command. "
-      "Bodies have the sizes of the file where it gives them, else they are only drawn to show what carries "
-      "what.";
+      "Move an axis and compare with the machine: the arrow shows the motion of its body on a + command. "
+      "Bodies have the sizes of the machine file if it gives them; else they only show which body carries "
+      "which.";
   return out;
 }
 

@@ -66,11 +66,11 @@ std::string probe_program_text(const Machine& machine, const probe::MadeProgram&
     const std::size_t at = 4 * k;
     const std::string& name = machine.axes[axes[k]].name;
     if (std::none_of(&s[at], &s[at] + 4, [](double v) { return std::isfinite(v); })) {
-      out += "these poses do not tell where axis " + name + " lies: it stands still, or nearly\n";
+      out += "these poses do not show where axis " + name + " is: it does not move, or hardly\n";
       continue;
     }
-    out += "where a centre errs by 1 um, axis " + name + " is known to " + figure(s[at], kMmPerUm, 1) +
-           " and " + figure(s[at + 1], kMmPerUm, 1) + " um, its direction to " +
+    out += "per 1 um of uncertainty of a ball centre: position of axis " + name + " to " +
+           figure(s[at], kMmPerUm, 1) + " and " + figure(s[at + 1], kMmPerUm, 1) + " um, direction to " +
            figure(s[at + 2], kRadPerUrad, 1) + " and " + figure(s[at + 3], kRadPerUrad, 1) + " urad\n";
   }
   return out;

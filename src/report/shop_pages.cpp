@@ -261,10 +261,11 @@ Page plan_page(const Machine& machine, const std::vector<diagnosis::PlanRun>& ru
   for (const auto& id : texts_of(json["runs"], "id"))
     runs_text += (runs_text.empty() ? "\"" : ", \"") + id + "\"";
   page.verdict = "Measure next: " + runs_text + ", " + short_number(number_at(json, "minutes"), 3) +
-                 " min; the chance of a wrong name falls from " +
+                 " min; the probability of naming a wrong effect falls from " +
                  chance_text(number_at(json, "chance_of_wrong_name_before")) + " to " +
                  chance_text(number_at(json, "chance_of_wrong_name_after")) + ".";
-  XyPlot chance = bar_plot({"chance of a wrong name", "%"}, {"with these data", "with the new runs"});
+  XyPlot chance =
+      bar_plot({"probability of naming a wrong effect", "%"}, {"with these data", "with the new runs"});
   add_bars(chance, "",
            {100 * number_at(json, "chance_of_wrong_name_before"),
             100 * number_at(json, "chance_of_wrong_name_after")});

@@ -29,9 +29,9 @@ Table counts_table(const path::StudyResult& result) {
   out.id = "counts";
   out.title = "Inserted points";
   out.caption =
-      "Optimum: longest steps on the chord, each proved. Law: sum of ceil((I + 1.172)/4) - 1, no placement "
-      "with "
-      "fixed ends needs fewer. From 8 pieces on: two-sided over on-chord on segments that need 8 or more.";
+      "Optimum: longest steps on the chord, each proved. Law: lower bound, no placement with fixed ends "
+      "needs fewer points than the sum of ceil((I + 1.172)/4) - 1. From 8 pieces on: two-sided over "
+      "on-chord, on segments that need 8 or more.";
   out.columns = {"tolerance (µm)", "moves",
                  "segments",       "over tolerance",
                  "optimum",        "on chord",

@@ -115,8 +115,7 @@ Figure by_method(const thermal::ChannelReport& channel) {
   }
   plot.series = {std::move(rms), std::move(worst)};
   return {"methods-" + channel.channel, "Error by method",
-          "Each run predicted by a model that never saw it; of each method the best way to use it.",
-          std::move(plot)};
+          "Error on runs left out of the fit; each method in its best variant.", std::move(plot)};
 }
 
 Figure by_run(const thermal::ChannelReport& channel) {
@@ -136,7 +135,8 @@ Figure by_run(const thermal::ChannelReport& channel) {
     plot.series.push_back(std::move(s));
   }
   return {"runs-" + channel.channel, "Error by run",
-          "The chosen method beside holding the last measurement and beside no correction.", std::move(plot)};
+          "The chosen method, compared with holding the last measurement and with no correction.",
+          std::move(plot)};
 }
 
 Figure by_input(const thermal::ChannelReport& channel) {
@@ -148,9 +148,9 @@ Figure by_input(const thermal::ChannelReport& channel) {
     plot.categories.push_back(input.name);
   }
   plot.series.push_back(std::move(effect));
-  return {"inputs-" + channel.channel, "What the chosen model takes from each sensor",
-          "How much less the model would say had this sensor stood still since the last measurement. Sensors "
-          "that feel the same share it, and may have opposite signs.",
+  return {"inputs-" + channel.channel, "What each sensor contributes to the chosen model",
+          "Contribution of each sensor to the prediction since the last measurement. Sensors with similar "
+          "temperatures share it, and may have opposite signs.",
           std::move(plot)};
 }
 

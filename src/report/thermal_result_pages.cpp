@@ -38,9 +38,8 @@ Section screen_section(const std::string& channel, const ordered_json& j) {
   for (const auto& s : j["sensors"]) kept.push_back(s["chosen_by_held_out_runs"].get<bool>() ? 1.0 : 0.0);
   add_bars(folds, "chosen by held-out runs", kept);
   out.items.emplace_back(Figure{"sensors-" + channel, "Which sensors follow " + channel,
-                                "A sensor that p chooses in some folds and not in others is chosen by "
-                                "chance; the second bar is 1 where the sensor helps on runs that were held "
-                                "out.",
+                                "Sensors that p chooses in only some folds are chosen by chance. Second bar "
+                                "= 1: the sensor reduces the error on runs left out.",
                                 std::move(folds)});
   const auto& left = j["heldout_rmse_um"];
   XyPlot error = bar_plot({"error on held-out runs", "µm"}, {"all sensors", "chosen by p", "chosen by runs"});
@@ -62,8 +61,8 @@ Section screen_section(const std::string& channel, const ordered_json& j) {
   table.title = "Sensors";
   table.caption = cell_text(j["measurements"]) + " measurements in " + cell_text(j["runs"]) +
                   " runs; condition number " + cell_text(j["condition_number"], 3) +
-                  "; likeness (Jaccard) of the choices by p over folds " + cell_text(j["jaccard_of_p"], 3) +
-                  ".";
+                  "; agreement of the sensors chosen by p between folds (Jaccard index): " +
+                  cell_text(j["jaccard_of_p"], 3) + ".";
   out.items.emplace_back(std::move(table));
   for (const auto& warning : j["warnings"])
     out.items.emplace_back(Paragraph{as_sentence(cell_text(warning))});

@@ -106,11 +106,10 @@ Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, 
       log.channels.push_back(bare_name(name));
       out.channels.push_back({i, kMmPerUm});
     } else {
-      diagnostics.note(
-          rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
-          "column '" + name +
-              "' is not taken: neither _C, _degC nor _um ends its name, and no --sensor, --channel, "
-              "--run or --speed names it");
+      diagnostics.note(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(i + 1)},
+                       "column '" + name +
+                           "' is ignored: its name does not end in _C, _degC or _um, and --sensor, "
+                           "--channel, --run or --speed do not name it");
     }
   }
   tell_missing(rows, options, out, diagnostics);

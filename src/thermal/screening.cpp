@@ -119,10 +119,9 @@ void add_warnings(const TrainingSet& set, ChannelScreen& out) {
       10.0;  // the usual rule: a coefficient's standard error is then three times what it could be
   const auto inflated = count([](const SensorScreen& s) { return s.variance_inflation > kInflated; });
   if (inflated > 0) {
-    out.warnings.push_back(
-        std::to_string(inflated) +
-        " sensors have a variance inflation above 10: they say nearly the same, and which of them is "
-        "significant is chance");
+    out.warnings.push_back(std::to_string(inflated) +
+                           " sensors have a variance inflation above 10: they are collinear, and which of "
+                           "them appears significant is chance");
   }
   if (out.p_jaccard < 0.8) out.warnings.push_back("the set chosen by p changes when one run is left out");
   if (set.to.rows() > 0) {

@@ -94,8 +94,7 @@ TEST_F(BatchCommand, ProgramOfAnEarlierRunIsNotTakenForTheNewOne) {
   write_part("in/b.cls", "GOTO/1,2\n");
   const Outcome outcome = batch("");
   EXPECT_EQ(outcome.code, 3);
-  EXPECT_THAT(outcome.messages,
-              HasSubstr("out/b.nc: warning: the program of an earlier run still stands there"));
+  EXPECT_THAT(outcome.messages, HasSubstr("out/b.nc: warning: the program of an earlier run is still there"));
   EXPECT_THAT(outcome.messages, Not(HasSubstr("out/a.nc: warning")));
 }
 

@@ -85,7 +85,7 @@ TEST(Confounded, ParametersThatOneBallLeavesOpenStayUsual) {
     EXPECT_NEAR(value(effect, name).value, truth, 4.0 * *value(effect, name).sigma) << name;
   // What they leave open is said.
   EXPECT_TRUE(std::any_of(f.null_directions.begin(), f.null_directions.end(), [](const NullDirection& n) {
-    return n.words.find("hardly told apart") != std::string::npos &&
+    return n.words.find("can hardly be separated") != std::string::npos &&
            n.words.find("P2 (component:EYY)") != std::string::npos;
   }));
 }

@@ -164,7 +164,8 @@ TEST(Reader, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(one("G0 X--1\nM2"), "p.nc:1:4: error: no number after 'X'");
   EXPECT_EQ(one("G0 X1 (open\nM2"), "p.nc:1:7: error: a comment without its end");
   EXPECT_EQ(one("/G0 X1\nM2"),
-            "p.nc:1:1: error: block delete '/' is not evaluated: which way the control runs is not known");
+            "p.nc:1:1: error: block delete '/' is not evaluated: it is unknown whether the control runs this "
+            "block");
   EXPECT_EQ(one("#1=5\nM2"), "p.nc:1:1: error: '#' is not understood");
   EXPECT_EQ(one(std::string("G0 \x01\nM2")), "p.nc:1:4: error: byte 0x01 is not understood");
   EXPECT_EQ(one("TRAORI\nM2"), "p.nc:1:1: error: 'TRAORI' is not understood");
@@ -276,10 +277,12 @@ TEST(Reader, RefusesTwoWordsOfAGroupInOneBlock) {
          {std::string(pair.one) + " " + pair.other, std::string(pair.other) + " " + pair.one})
       EXPECT_NE(first_error_of(pair.control, line + "\nM30\n"), "") << pair.control << " " << line;
   }
-  EXPECT_THAT(first_error_of("siemens_840d_sl", "G54 G55\nM30\n"),
-              HasSubstr("p.nc:1:5: error: '[work_offset] words' and another word of its group in one block"));
+  EXPECT_THAT(
+      first_error_of("siemens_840d_sl", "G54 G55\nM30\n"),
+      HasSubstr(
+          "p.nc:1:5: error: '[work_offset] words' and another word of the same modal group in one block"));
   EXPECT_THAT(first_error_of("siemens_840d_sl", "G1 X5 F90 G0\nM30\n"),
-              HasSubstr("p.nc:1:11: error: 'G0' and another word of its group in one block"));
+              HasSubstr("p.nc:1:11: error: 'G0' and another word of the same modal group in one block"));
   // Each holds.
   EXPECT_NO_THROW(read("linuxcnc", "G17 G21 G40 G49 G54 G61 G80 G90 G94\nS100 M3 M7 M8\nG1 G93 X1 F9\nM2"));
 }

@@ -256,12 +256,12 @@ TEST(ControlState, AToolIsChangedAtTheSafeHeightFromTheFirstOneOn) {
 TEST(ControlState, CompensationOfTheCutterIsOffAtTheEnd) {
   const Program p(kPath, "fanuc_30i");
   EXPECT_THAT(p.with(p.line("M5", p.line("T2 M6")), "G41 D1"),
-              HasSubstr("the program ends while the cutter's radius is compensated"));
+              HasSubstr("the program ends with cutter compensation on"));
 }
 
 TEST(ControlState, LengthCompensationIsSaidToBeOffWhereTheWordsAreTheSpindles) {
   const Program p(kPath, "linuxcnc", {}, "spindle");
-  EXPECT_THAT(p.without(p.line("G49", p.line("T1 M6"))), HasSubstr("it is not said again"));
+  EXPECT_THAT(p.without(p.line("G49", p.line("T1 M6"))), HasSubstr("the program must say it again"));
 }
 
 TEST(ControlState, NoOtherRegisterIsCalledOnTheWay) {
@@ -278,9 +278,9 @@ TEST(ControlState, TheLengthIsSaidAndEndedAtTheSafeHeight) {
     const std::size_t up = p.line("G53 G0 Z", p.line(rtcp ? "X30." : "G1 "));
     const std::size_t low = rtcp ? up - 2 : up;
     EXPECT_THAT(p.with(low, "G49"),
-                HasSubstr("the length of the tool is said or ended below the safe height"));
+                HasSubstr("tool length compensation is switched on or off below the safe height"));
     if (rtcp) {
-      EXPECT_THAT(p.without(low), HasSubstr("is said or ended below the safe height"));
+      EXPECT_THAT(p.without(low), HasSubstr("is switched on or off below the safe height"));
     }
   }
   // Haas moves nothing there.

@@ -236,7 +236,7 @@ TEST(NcInput, ThePathBetweenPointsIsChosen) {
   from.path = FromPath::points;
   const auto points = reposted(nc, from, machine);
   ASSERT_TRUE(points.report) << points.report.error().text();
-  EXPECT_THAT(said(points), ::testing::HasSubstr("that way is left out"));
+  EXPECT_THAT(said(points), ::testing::HasSubstr("this deviation is dropped"));
   EXPECT_EQ(points.report->points_in, 4u);
   EXPECT_GT(points.report->points_inserted, 10u);
   from.path = FromPath::motion;
@@ -351,7 +351,7 @@ TEST(NcInput, ACutBehindAToolChangeWantsTheSpindleStarted) {
   for (const char* second : {"TOOL CALL 7 Z S18000\n", "M5\nTOOL CALL 7 Z S18000\n"}) {
     const auto p = reposted(part(second), from, machine, {}, "fanuc_30i");
     EXPECT_FALSE(p.report) << second;
-    EXPECT_NE(said(p).find("a cut behind a tool change, and the spindle is not started"), std::string::npos)
+    EXPECT_NE(said(p).find("a cut after a tool change without a spindle start"), std::string::npos)
         << said(p);
   }
   const auto right = reposted(part("TOOL CALL 7 Z S18000\nM3\n"), from, machine, {}, "fanuc_30i");
@@ -380,7 +380,7 @@ TEST(NcInput, WhatIsNotUnderstoodIsRefusedByItsLine) {
            {"G2 X50 Y0 R1\n", "radius"},
            {"G2 X50 Y0 I3 J0\n", "radius to the start"},
            {"G49\nG0 X1 Y1 Z99\nG1 X2 F100\n", "length"},
-           {"T2 M6\nG43 H2\nG1 X1\n", "has not said where"},
+           {"T2 M6\nG43 H2\nG1 X1\n", "gives no position of these axes"},
            {"G53 G0 Z300\nG1 X1\n", "Z"},
            {"G53 G1 Z300\n", "rapid"},
            {"G18\nG81 X1 Y1 Z1 R2\n", "plane"},
@@ -414,7 +414,7 @@ TEST(NcInput, ALengthThatMayStillBeOnIsRefused) {
   };
   const auto p = reposted(with("G43 H1\n", ""), {machine}, machine);
   ASSERT_FALSE(p.report);
-  EXPECT_NE(p.report.error().text().find("length compensation was on before it"), std::string::npos)
+  EXPECT_NE(p.report.error().text().find("with length compensation on before it"), std::string::npos)
       << p.report.error().text();
   const auto ended = reposted(with("G43 H1\nG49\n", "G49\n"), {machine}, machine);
   EXPECT_TRUE(ended.report) << ended.report.error().text();

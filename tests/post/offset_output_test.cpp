@@ -508,8 +508,7 @@ TEST(OffsetOutput, ATableOverTimeThatDoesNotCoverTheProgramIsToldOf) {
     setting.output = OffsetOutput::axis_values;
     const OffsetPost p = offset_post(blades(2, false), machine_with_offset(), &table, setting);
     EXPECT_TRUE(p.report) << p.report.error().text();
-    return warnings(p.diagnostics).find("before and behind them the first and the last are held") !=
-           std::string::npos;
+    return warnings(p.diagnostics).find("outside them the first or last value is used") != std::string::npos;
   };
   EXPECT_TRUE(told("time_s,dx_um\n36000,1\n39600,1\n"));
   EXPECT_TRUE(told("time_s,dx_um\n0,1\n2,1\n"));

@@ -86,7 +86,7 @@ TEST(ProgramZero, WhatCanHardlyBeMeantIsAWarning) {
   machine.part_zero_mm = Vec3(0.0, -450.0, 0.0);
   ASSERT_EQ(warnings_of(machine, WordsOf::tip).size(), 1U);
   EXPECT_NE(warnings_of(machine, WordsOf::tip)[0].find(
-                "X0.000 Y-450.000 Z0.000 and G54 has to stand at machine zero"),
+                "X0.000 Y-450.000 Z0.000 and G54 must be zero at the control"),
             std::string::npos);
   EXPECT_TRUE(warnings_of(machine, WordsOf::part).empty());
   machine.work_offset_mm = Vec3(0.0, -650.0, 0.0);

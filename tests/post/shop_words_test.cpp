@@ -192,7 +192,8 @@ TEST(WorkOffset, IsThatOfTheOptionElseOfTheFileElseOfTheMachine) {
   EXPECT_THAT(by_option.findings, HasSubstr("calls work offset 4, the option 2: that holds"));
   const auto two = shop_text(tool + "SET/OFSETL,4\n" + cut + "SET/OFSETL,5\n" + cut, machine, c);
   EXPECT_FALSE(two.good);
-  EXPECT_THAT(two.error, HasSubstr("work offset 5 is called behind offset 4: one program has one zero"));
+  EXPECT_THAT(two.error,
+              HasSubstr("work offset 5 is called after offset 4: a program can have only one work offset"));
 }
 
 TEST(SpindleSpeed, ThatNobodySaidIsAWarning) {

@@ -130,7 +130,7 @@ TEST(ThermalImport, ReadsWhatLoggersWrite) {
   EXPECT_NEAR(log->runs[0].channel_mm[0][0], 1.2345, 1e-12);
   const std::string told = messages_of(diagnostics);
   EXPECT_NE(told.find("2 fields like N/A count as not read"), std::string::npos) << told;
-  EXPECT_NE(told.find("l.csv:2:5: note: column 'note' is not taken"), std::string::npos) << told;
+  EXPECT_NE(told.find("l.csv:2:5: note: column 'note' is ignored"), std::string::npos) << told;
 }
 
 TEST(ThermalImport, SaysWhatIsMissing) {

@@ -65,7 +65,8 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
   if (b.convention.only_uncertainty)
     return "`u_random` and `u_common` of the " + (b.quantity.empty() ? "" : b.quantity + " ") + "readings" +
            of + " in " + listed_files(data, b.convention.run) + " are " + times +
-           ": the readings are as large as those of the other runs, their uncertainties are in another unit";
+           ": the readings are as large as those of the other runs, so only their uncertainties are in "
+           "another unit";
   const std::string arcsec = is_factor(f, kUradPerArcsec)         ? " (arcsec where it says urad)"
                              : is_factor(f, 1.0 / kUradPerArcsec) ? " (urad where it says arcsec)"
                                                                   : "";

@@ -178,7 +178,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
   out.wrong_after = chance;
   if (out.runs.empty()) return std::nullopt;
   for (const PlanRun& run : out.runs) out.why += (out.why.empty() ? "'" : " and '") + run.id + "'";
-  out.why += ", " + short_number(out.minutes) + " min: chance of a wrong name " +
+  out.why += ", " + short_number(out.minutes) + " min: probability of naming a wrong effect " +
              short_number(100.0 * out.wrong_before) + " % -> " + short_number(100.0 * out.wrong_after) +
              " %.";
   return out;

@@ -105,10 +105,10 @@ std::optional<NextMeasurement> next_for_open_parameters(const Observations& o, c
     now = best->decided;
   }
   if (out.runs.empty()) return std::nullopt;
-  out.why += ", " + short_number(out.minutes) + " min: decides " + std::to_string(now - before) + " of the " +
+  out.why += ", " + short_number(out.minutes) + " min: determines " + std::to_string(now - before) + " of " +
              std::to_string(open) +
-             " combinations of parameters that these runs leave open (null directions); until then these are "
-             "taken as small as the readings allow.";
+             " combinations of parameters that these runs leave open (null directions); until then they are "
+             "assumed to be as small as the readings allow.";
   out.wrong_before = out.wrong_after = 0.0;
   return out;
 }

@@ -63,9 +63,10 @@ NullDirection hardly_seen(const FitCore& fit, const VectorXd& direction) {
     out.parts.push_back({effect.id(), p.name, share});
     parts += (parts.empty() ? "" : ", ") + amount(share, p) + " (" + effect.id() + ")";
   }
-  out.words = (out.parts.size() == 1 ? "hardly excited by these runs: " + parts + " changes"
-                                     : "hardly told apart: " + parts + " together change") +
-              " the readings by no more than their uncertainty and what is left of them";
+  out.words =
+      (out.parts.size() == 1 ? "hardly excited by these runs: " + parts + " changes"
+                             : "can hardly be separated by these readings: " + parts + " together change") +
+      " the readings by no more than their uncertainty and residual";
   return out;
 }
 

@@ -141,7 +141,7 @@ std::string limits(const Diagnosis& d) {
            short_number(worst) + " um on)";
   if (blind > 0)
     out += (out.empty() ? "" : "; ") + std::to_string(blind) +
-           " effects of the library are not excited by these runs at all";
+           " effects of the library cannot be seen in these runs at all";
   return out.empty() ? out : out + ".";
 }
 
@@ -151,11 +151,9 @@ std::string harm_text(const Diagnosis& d) {
          ". It can be fitted with " + listed(d.harm->effects, " and ") +
          ", but the other runs then predict run '" + d.harm->run + "' worse than without (chi-square " +
          short_number(d.harm->chi2_before) + " to " + short_number(d.harm->chi2_after) +
-         "): it is no effect that all runs share, and nothing is added. Either it is none of the effects "
-         "known "
-         "here, or that run was measured otherwise than its columns say (set-up, sign, tool, time), or there "
-         "are "
-         "too few runs to tell: measure that run once more.";
+         "): the effect is not common to all runs, and nothing is added. Either it is none of the effects "
+         "known here, or that run was not measured as its columns say (set-up, sign, tool, time), or there "
+         "are too few runs to decide: measure that run once more.";
 }
 
 std::string where(const std::vector<Dependence>& tests, std::size_t most = 3) {
@@ -385,19 +383,19 @@ std::string what_next(const Diagnosis& d) {
   if (d.verdict == Verdict::bookkeeping)
     return "No measurement yet: put the files right first. " + bookkeeping_text(d.bookkeeping);
   if (d.harm)
-    return "Measure run '" + d.harm->run +
-           "' once more, with a set-up of its own: what the other runs say does not hold in it.";
+    return "Measure run '" + d.harm->run + "' once more, with a new set-up: it contradicts the other runs.";
   if (!d.rows.odd_runs.empty())
     return "Measure run '" + listed(d.rows.odd_runs, "' or run '") +
-           "' once more, with a set-up of its own: without its readings only noise is left.";
+           "' once more, with a new set-up: without its readings only noise is left.";
   if (d.verdict == Verdict::data_problem || d.verdict == Verdict::not_in_library)
-    return "No run of the menu helps here: " + d.paragraph;
+    return "None of the standard runs helps here: " + d.paragraph;
   if (d.number_is_open())
-    return "No run of the menu helps here: read the axis at positions off the grid of these. " + d.paragraph;
+    return "None of the standard runs helps here: measure the axis at positions between those of these "
+           "runs. " +
+           d.paragraph;
   if (d.verdict == Verdict::ambiguous)
-    return "No run of the menu tells these explanations apart. Compensate for what all of them have, and "
-           "look at "
-           "the machine for what causes the others.";
+    return "None of the standard runs separates these explanations. Compensate the effects that all of them "
+           "share, and look at the machine for the causes of the others.";
   return "No further measurement is needed: these data decide it.";
 }
 

@@ -8,7 +8,7 @@ namespace trunnion::nc {
 // At the ends of a program only.
 void EventReader::run_tape(const FoundEvent& found) {
   if (!s_.program.frame || s_.program.ended || !s_.program.said_anything) return;
-  s_.error(found, "the program ends here for the control, which does not run what stands behind it");
+  s_.error(found, "the program ends here: the control does not run the lines after it");
 }
 
 void EventReader::keep_captures(const FoundEvent& found) {
@@ -339,10 +339,9 @@ void EventReader::run_plane(const FoundEvent& found) {
   if (counts_from_shift) now.origin = s_.language.others->set_frame_aside();
   const std::int64_t direction = s_.whole(found, Placeholder::direction, 1);
   if (s_.language.others && direction == 0)
-    return s_.error(
-        found,
-        "a tilted plane that leaves the rotary axes where they are (direction 0): where they stand to "
-        "it is not said");
+    return s_.error(found,
+                    "a tilted plane that leaves the rotary axes where they are (direction 0): the program "
+                    "does not give their positions for it");
   now.direction = direction < 0 ? -1 : 1;
   s_.modal.switch_plane(true);
   s_.emit(now);

@@ -177,7 +177,7 @@ bool Expressions::value(const char*& p, const char* end, double& out) {
     if (!name_at(p, end, name)) return false;
     const std::string said = is_digit(name.front()) || how_.mark == "#" ? how_.mark + name : name;
     if (is_of_control(name))
-      return fail("variable " + said + " is the control's: its value does not stand in the program");
+      return fail("variable " + said + " belongs to the control: its value is not in the program");
     const Scope& scope = scope_of(name);
     const auto it = scope.find(name);
     if (it == scope.end()) return fail("variable " + said + " has no value: the program has not set it");
@@ -286,7 +286,7 @@ bool Expressions::assign(const char* p, const char* end) {
     set.emplace_back(std::move(name), result);
     p = skip_blanks(p, end);
   } while (several && p != end && (how_.names || *p == '#'));
-  if (p != end) return fail("something stands behind the value of a variable");
+  if (p != end) return fail("text after the value of a variable");
   for (const auto& [name, result] : set) scope_of(name)[name] = result;
   return true;
 }

@@ -349,7 +349,7 @@ bool HoleCalls::call_everywhere(std::string_view line, const Sink& sink) {
     const bool is_name = i + 1 < line.size() && is_letter(line[i + 1]);
     if (is_name || std::string_view("XYGFNMSTD").find(letter) == std::string_view::npos)
       return fail("under '" + holes_.modal_call +
-                  "' the control drills behind every motion: X and Y are read there, and '" +
+                  "' the control drills after every motion: only X and Y may move, and '" +
                   holes_.modal_call + "' alone ends it");
   }
   return moves && call_behind(line, sink);

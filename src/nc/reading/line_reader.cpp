@@ -28,7 +28,7 @@ std::uint8_t axis_of(char letter) {
 }
 
 constexpr const char* kOtherOfGroup =
-    "' and another word of its group in one block: which of them counts differs from control to control";
+    "' and another word of the same modal group in one block: controls differ in which one applies";
 
 // Words of one group change the same state. Of others each counts for itself.
 EventKind group_of(EventKind kind, const Controller& c) {

@@ -136,7 +136,7 @@ bool LineReader::follow_part(bool on) {
 
 const char* LineReader::against_frame(bool turns) const {
   if (s_.modal.cycle) return "under a drilling cycle is not read: end that first";
-  if (s_.modal.plane) return "in a tilted plane is not read: in which coordinates it counts is not said";
+  if (s_.modal.plane) return "in a tilted plane is not read: it is unknown in which coordinates it counts";
   if (s_.modal.tcp && (turns || s_.c.offset_shift.not_under_tcp))
     return "under tool-centre-point control is not read: the control refuses it, or turns more than X Y Z";
   return nullptr;

@@ -110,8 +110,8 @@ bool OtherWords::take_shift(ParsedLine& line, const AxisWords& position, bool se
     if (word->means != Word::Means::as_in_force) return fail(word->column, "a shift is said by plain words");
     if (!quanta_of(*word, value)) return false;
     if (sets_position && !position.has(letter))
-      return fail(word->column, std::string("where ") + letter_of(letter) +
-                                    " stands is not known: a rapid to a place of it must stand before");
+      return fail(word->column, std::string("the position of ") + letter_of(letter) +
+                                    " is unknown: a rapid to a position of it must come before");
     frames_.now.set_shift(letter, sets_position ? position[letter] - value : value);
     said_.stale_places |= AxisWords::bit(letter);
     word->used = any = true;

@@ -118,7 +118,7 @@ void ReadState::check_point_of_feed(const Number& number, std::uint32_t column) 
   }
   if (!language.others || !c.numbers.point_required || number.has_point || number.mantissa == 0) return;
   if (language.others->per_revolution() || language.others->in_inches())
-    error(column, "F has no decimal point: the control would take it for a number of increments");
+    error(column, "F has no decimal point: the control reads it in increments");
 }
 
 void ReadState::follow_spindle(std::int64_t rpm) {
@@ -158,7 +158,8 @@ bool ReadState::waits_for_plane() {
   }
   if (program.plane_since == 0) return false;
   error(1, "a motion in the tilted plane of line " + std::to_string(program.plane_since) + " without '" +
-               c.tilted_plane.on.back() + "' before it: where the rotary axes stand to it is not said");
+               c.tilted_plane.on.back() +
+               "' before it: the program does not give the positions of the rotary axes for it");
   program.plane_since = 0;
   return true;
 }

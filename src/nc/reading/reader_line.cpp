@@ -325,7 +325,7 @@ void LineScanner::scan(const char* begin, const char* p, const char* end, Parsed
       if (starts_with(p, end, c_.comments.open)) return refuse(out, begin, p, "a comment without its end");
       if (c == '/')
         return refuse(out, begin, p,
-                      "block delete '/' is not evaluated: which way the control runs is not known");
+                      "block delete '/' is not evaluated: it is unknown whether the control runs this block");
       return refuse(out, begin, p, quoted(p, end) + " is not understood");
     }
     out.phrases.push_back(std::move(found));

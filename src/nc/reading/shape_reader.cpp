@@ -284,7 +284,7 @@ void ShapeReader::run_next_hole(const LineMotion& m) {
   std::int64_t rpm = 0;
   if (s_.language.others && s_.modal.cycle->kind == Hole::Kind::tap && s_.kept.has(Placeholder::rpm) &&
       to_rounded_quanta(s_.kept[Placeholder::rpm], 0, rpm) && rpm != s_.modal.cycle->thread.rpm)
-    return refuse("another speed under a tapping cycle: it stands in front of the cycle's own words");
+    return refuse("another speed under a tapping cycle: it must come before the words of the cycle");
   if ((m.words.mask & ~kPlaneWords) != 0) {
     return refuse("under a drilling cycle X and Y may follow; all other words with the cycle's own");
   }
@@ -324,7 +324,7 @@ void ShapeReader::run_probe(const FoundEvent& found) {
   if (says_way && holds(s_.c.probing.touch, Placeholder::distance)) {
     const auto distance = static_cast<double>(s_.scaled(found, Placeholder::distance, decimals));
     if (std::abs(distance - std::sqrt(square)) > 1.0)
-      return s_.error(found.column, "the length of the touch is not that of its way in X, Y and Z");
+      return s_.error(found.column, "the length of the touch is not that of its motion in X, Y and Z");
   }
   probe.source = {s_.findings.line, found.column};
   if (probe.guards) {

@@ -347,7 +347,7 @@ bool Unfolder::run_labels(const std::string& text) {
   if (!repeats) return call(to, 1, false);
   // The part between the label and here again.
   const std::string label = std::to_string(line_);
-  if (to > next_) return fail("a part of the program is repeated that stands behind this line");
+  if (to > next_) return fail("the part of the program to repeat comes after this line");
   if (loops_.empty() || loops_.back().label != label) {
     if (times > kMostTimes || loops_.size() >= kDeepestCalls)
       return fail("a part of the program " + std::to_string(times) +

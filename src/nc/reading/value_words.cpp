@@ -120,7 +120,7 @@ ValueWords::Line ValueWords::define(const char* p, const char* end) {
     }
     p = skip_blanks(p, end);
   } while (p != end && *p++ == ',');
-  return p == end ? Line::taken : wrong("something stands behind the names of variables");
+  return p == end ? Line::taken : wrong("text after the names of variables");
 }
 
 // R1=5 _A=R1+2, X=_A, X=AC(R1), CYCLE81(R1,..)

@@ -110,12 +110,11 @@ void NcWalk::take_setting(const nc::Block& block, SourceRef where) {
     if (in_force_.plane || in_force_.follows_part) refuse_shifted_plane(where);
   }
   if (std::holds_alternative<nc::Probe>(block))
-    refuse(where, "probe",
-           "a touch of a probe: where it ends hangs on the part, and the program does not say it");
+    refuse(where, "probe", "a probing move: its end position depends on the part and is unknown here");
   if (std::holds_alternative<nc::VariableMotion>(block) || std::holds_alternative<nc::LatchValues>(block) ||
       std::holds_alternative<nc::RunTimeStep>(block)) {
     refuse(where, "variables",
-           "words that hang on values of the control at run time: where they lead the program does not say");
+           "words that depend on variables of the control at run time: the position is unknown here");
   }
 }
 
@@ -268,41 +267,38 @@ bool NcWalk::may_cut(SourceRef where) {
   if (change_.spindle_open) {
     refuse(
         where, "spindle",
-        "a cut behind a tool change, and the spindle is not started: whether it turns, and how fast, "
-        "controls "
-        "differ in ('" +
+        "a cut after a tool change without a spindle start: controls differ in whether the spindle turns, "
+        "and how fast ('" +
             (origin_.controller->spindle_clockwise.empty() ? "M3"
                                                            : origin_.controller->spindle_clockwise.back()) +
-            "' behind the change)");
+            "' after the change)");
     return false;
   }
   if (change_.length_open && !in_force_.in_part() && origin_.words == FromWords::refused) {
-    refuse(
-        where, "open length",
-        "a cut behind a tool change, and length compensation was on before it: whether it still is, and with "
-        "which register, controls differ in ('" +
-            origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() + "')");
+    refuse(where, "open length",
+           "a cut after a tool change, with length compensation on before it: controls differ in whether it "
+           "is still on, and with which register ('" +
+               origin_.controller->length.off.front() + "' or '" + origin_.controller->length.on.front() +
+               "')");
     return false;
   }
   const bool is_told = origin_.words == FromWords::spindle || (keep_.with.tools->length_mm && !change_.ever);
   if (needs_length && !in_force_.tool.control_adds_length && change_.ever && !is_told) {
     refuse(
         where, "length",
-        "a cut with no tool length compensation on, behind a tool change, and the words of this machine are "
-        "those of the "
-        "tip: --from-words tip where the control switches the length on by itself ('" +
+        "a cut after a tool change without tool length compensation, and X Y Z of this machine are positions "
+        "of the tip: --from-words tip if the control adds the length by itself ('" +
             (origin_.controller->length.on.empty() ? std::string() : origin_.controller->length.on.front()) +
-            "') or the tool was touched off, --from-words spindle where X Y Z are the spindle's gauge point");
+            "') or the tool was touched off, --from-words spindle if X Y Z are the spindle's gauge point");
     return false;
   }
   if (needs_length && !in_force_.tool.control_adds_length && !is_told) {
     refuse(where, "length",
-           "a cut without tool length compensation, and the words of this machine are those of the tip "
+           "a cut without tool length compensation, and X Y Z of this machine are positions of the tip "
            "([output] point of " +
                origin_.machine->file +
-               "; --tool N, as if its change and its length stood in front of the program, or "
-               "--tool-length-mm L for "
-               "words of the spindle's gauge point)");
+               "; --tool N: the program starts with this tool and its length; --tool-length-mm L: X Y Z are "
+               "the spindle's gauge point)");
     return false;
   }
   return true;
@@ -413,14 +409,14 @@ bool NcWalk::says_its_way(const BlockEnd& end, SourceRef where) {
   const OffLine off = off_line(end);
   if (off.within(kOwnError)) return true;
   const std::string what = "rotary axes turn by " + fixed_text(turn_to(end) * kDegreePerRad, 2) +
-                           " deg in this cut; on its way from end to end the tip of that machine is " +
+                           " deg in this cut; between its ends the tip of that machine is " +
                            fixed_text(off.tip_mm, 2) + " mm off the straight line, the tool axis " +
                            fixed_text(off.axis_rad * kDegreePerRad, 2) + " deg off the shortest turn";
   if (origin_.path == FromPath::points) {
-    diagnostics_.warning_once("way", file_, where, what + ": that way is left out (--from-path points)");
+    diagnostics_.warning_once("way", file_, where, what + ": this deviation is dropped (--from-path points)");
     return true;
   }
-  refuse(where, "way", what + " (--from-path motion takes that way along, --from-path points goes straight)");
+  refuse(where, "way", what + " (--from-path motion keeps this path, --from-path points goes straight)");
   return false;
 }
 
@@ -493,8 +489,8 @@ void NcWalk::take(const nc::Motion& motion) {
     }
     return refuse(motion.source, "unknown",
                   names.empty()
-                      ? "a cut from a place that is not known: no rapid to all of its axes stands before it"
-                      : "a cut, and the program has not said where these axes stand: " + names);
+                      ? "a cut from an unknown position: there is no rapid of all axes before it"
+                      : "a cut, but the program gives no position of these axes before it: " + names);
   }
   if (in_force_.follows_part && !rapid && at_ && turns_between(*at_, words))
     return refuse(motion.source, "following",

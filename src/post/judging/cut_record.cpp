@@ -37,8 +37,8 @@ std::string flute_text(const VerifyReport& report) {
                       fixed_text(report.pole_flute_tolerance_mm, 6) + " mm)"
                 : "");
   constexpr double kUp_mm = 10.0;
-  return shortest_text(kUp_mm) + " mm up the tool the axis tolerance allows " +
-         fixed_text(kUp_mm * 2.0 * std::sin(0.5 * report.axis_tolerance.rad()), 4) + " mm more";
+  return shortest_text(kUp_mm) + " mm above the tip the axis tolerance allows " +
+         fixed_text(kUp_mm * 2.0 * std::sin(0.5 * report.axis_tolerance.rad()), 4) + " mm more deviation";
 }
 
 CutRecord::CutRecord(const VerifyOptions& options)

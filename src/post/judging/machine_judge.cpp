@@ -423,7 +423,8 @@ void MachineJudge::start(const Vertex& v) {
     if (program_judge_ && first.rapid && !v.rapid) judge_feed_to(first, v.nc_line);
   } else if (program_judge_ && !v.up && !path_.is_above(v, first, -path_.hit_tolerance_mm())) {
     program_judge_->find(CheckOf::rapids, v.nc_line, [] {
-      return std::string("a rapid below the safe height to elsewhere than above the first CL point");
+      return std::string(
+          "a rapid below the safe height that does not go to a place above the first CL point");
     });
   }
   record_.end_block(v, first.line, met);

@@ -289,17 +289,18 @@ void ProgramJudge::check_length(const AskedState& asked, std::uint32_t nc_line) 
     if (length && *length == 0) return;
     if (!length && controller_.length.off.empty()) return;  // there are no words to say so
     find(CheckOf::tools, nc_line, [&] {
-      return std::string(length
-                             ? "the control adds a tool length, and the words are those of the spindle's "
-                               "gauge point"
-                             : "whether the control adds a tool length is not known: it is not said again");
+      return std::string(
+          length
+              ? "the control adds a tool length, but X Y Z are positions of the spindle's gauge point"
+              : "it is unknown here whether the control adds a tool length: the program must say it again");
     });
     return;
   }
   const bool has_register = controller_.adds_length_of_register();
   if (!length) {
     find(CheckOf::tools, nc_line, [] {
-      return std::string("whether the control adds the tool's length is not known: it is not said again");
+      return std::string(
+          "it is unknown here whether the control adds the tool's length: the program must say it again");
     });
   } else if (has_register && asked.tool ? *length != asked.length_register : *length == 0) {
     find(CheckOf::tools, nc_line, [&] {
@@ -319,7 +320,8 @@ void ProgramJudge::check_thread(const AskedState& asked, std::uint32_t nc_line) 
   if (!told && !(asked.pitch_mm > 0.0)) {
     if (!told_.spindle_is_open()) return;
     return find(CheckOf::spindle, nc_line, [&] {
-      return "whether the spindle turns behind the tapping cycle is not known: it is not said again" +
+      return "it is unknown whether the spindle turns after the tapping cycle: the program must start it "
+             "again" +
              cl_line(asked.line);
     });
   }
@@ -430,21 +432,20 @@ void ProgramJudge::go_back_to(const Found& found) {
 void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
   const auto row = [&](CheckOf of) -> Check& { return checks_[static_cast<std::size_t>(of)]; };
   if (told_.cutter().side != nc::CutterSide::off)
-    find(CheckOf::path, nc_line,
-         [] { return std::string("the program ends while the cutter's radius is compensated"); });
+    find(CheckOf::path, nc_line, [] { return std::string("the program ends with cutter compensation on"); });
   for (; const AskedPause* pause = asked_.next_pause(); asked_.meet_pause()) {
     find(CheckOf::order, nc_line,
          [&] { return "the " + name_of(pause->kind) + " is missing" + cl_line(pause->line); });
   }
   static constexpr std::array kAbout = {
-      "tip, tool axis and travel; path mode, compensation of the cutter's radius, axes",
+      "tip, tool axis and travel limits; path mode, cutter compensation, axis words",
       "each cut as fast as FEDRAT, or as its slowest axis",
-      "rapids on their lines and where the CL file has them; what moves outside the cuts",
+      "rapids on their lines, where the CL file has rapids; motion outside the cuts",
       "tool and length register at every cut",
       "work offset at every cut, shifts",
-      "sense and speed of the spindle, coolant at every cut",
+      "direction and speed of the spindle, coolant at every cut",
       "every CL motion, in order; dwells and stops",
-      "the end of the program is reached, and nothing stands behind it"};
+      "the end of the program is reached, and nothing follows it"};
   for (std::size_t i = 0; i < kChecks; ++i) checks_[i].about = kAbout[i];
   if (controller_.work_offsets.empty()) {
     row(CheckOf::offsets).state = Check::State::not_known;

@@ -212,8 +212,8 @@ void SafeWalk::stands(const JointVector& q) {
 void SafeWalk::changes_length(std::uint32_t nc_line) {
   if (z_ && known_[*z_] && !is_up())
     find(nc_line,
-         "the length of the tool is said or ended below the safe height, where the control may move Z by it "
-         "at once ([length] moves_at_once): " +
+         "tool length compensation is switched on or off below the safe height, where the control may move Z "
+         "by the tool length at once ([length] moves_at_once): " +
              height_text());
 }
 

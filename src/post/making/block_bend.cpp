@@ -73,11 +73,11 @@ bool BlockBend::leaves_path(const path::Point& to, const JointVector& q, bool bo
 void BlockBend::say_what_stays(const path::Point& to, double off_mm) {
   work_.posting.warn_once(
       "direction stays", to.where,
-      "the rotary axes cannot take out what the machine's errors turn the tool by here, " +
+      "the rotary axes cannot correct the tilt of the tool by the machine's errors here, " +
           fixed_text(path::tilt_from_pole(work_.posting.machine, to.axis_P).deg(), 3) +
-          " deg from the axis about which the table turns: " + fixed_text(off_mm, 6) + " mm stay " +
+          " deg from the axis about which the table turns: " + fixed_text(off_mm, 6) + " mm remain " +
           shortest_text(work_.tool.tool.flute_mm) +
-          " mm up the tool. Near that axis they tilt it in one plane only");
+          " mm above the tip. Near that axis the rotary axes tilt the tool in one plane only");
 }
 
 // The corrected ends stand where they were prescribed but for the rounding of the words, so that a bound of

@@ -109,8 +109,9 @@ Result<bool> BlockMaker::take_up(const JointVector& next, SourceRef where) {
 bool BlockMaker::leads() const {
   if (!work_.lead.is_on()) return false;
   if (!work_.thermal.is_at_run_time()) return true;
-  work_.posting.warn_once("servo lag", {},
-                          "servo_lag: words that the control calculates are not led: the axes stay late");
+  work_.posting.warn_once(
+      "servo lag", {},
+      "servo_lag is not compensated in coordinates that the control calculates: the axes still lag");
   return false;
 }
 

@@ -43,12 +43,11 @@ void MeasuredReach::warn_of_times(Posting& posting, const std::string& what, dou
   constexpr double kHeld = 0.1;  // of the program's time: what is held for longer is worth a word
   const double end_s = posting.report.duration_s;
   if (first_s <= kHeld * end_s && last_s >= (1.0 - kHeld) * end_s) return;
-  posting.diagnostics.warning(
-      "", {},
-      what + " cover " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
-          " s, and the program runs from 0 to " + fixed_text(end_s, 0) +
-          " s: before and behind them the first or last values are held. Is their time in seconds from "
-          "the start of the program?");
+  posting.diagnostics.warning("", {},
+                              what + " cover " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
+                                  " s, the program runs from 0 to " + fixed_text(end_s, 0) +
+                                  " s: outside them the first or last value is used. Is their time in "
+                                  "seconds from the start of the program?");
 }
 
 void MeasuredReach::warn(Posting& posting) const {

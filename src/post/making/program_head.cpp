@@ -61,13 +61,12 @@ Result<void> ProgramHead::check_work_offset(const cl::WorkOffset& offset, Source
                            std::to_string(*posting_.options.work_offset) + ": that holds");
     return {};
   }
-  return fail(
-      ErrorCode::wrong_input,
-      "work offset " + std::to_string(offset.index) + " is called behind offset " +
-          std::to_string(posting_.report.head.work_offset) +
-          ": one program has one zero, since where the table carries a second part is not known. Post "
-          "the operations one by one",
-      posting_.job.cl_file, where);
+  return fail(ErrorCode::wrong_input,
+              "work offset " + std::to_string(offset.index) + " is called after offset " +
+                  std::to_string(posting_.report.head.work_offset) +
+                  ": a program can have only one work offset, since the position of a second part on the "
+                  "table is unknown. Post the operations one by one",
+              posting_.job.cl_file, where);
 }
 
 Result<void> ProgramHead::write(const Chunk& chunk) {

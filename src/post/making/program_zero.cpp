@@ -108,8 +108,8 @@ void warn_of_zero(const Machine& machine, const ProgramZero& zero, double tool_l
     diagnostics.warning(machine.file, {},
                         "the part zero is at machine " + place_text(zero.part_zero) + " and " +
                             zero.offset_name +
-                            " has to stand at machine zero: the words count from there ([output] "
-                            "work_offset_mm moves it)");
+                            " must be zero at the control: X Y Z of the program count from machine zero "
+                            "([output] work_offset_mm changes that)");
   }
 }
 

@@ -170,8 +170,7 @@ std::vector<AxisWords> describe_axes(const Machine& machine) {
     AxisWords words;
     words.name = axis.name;
     words.motion = rotary ? rotary_text(axis) : linear_text(axis);
-    words.limits =
-        axis.has_limits() ? number(axis, axis.min) + " to " + number(axis, axis.max) : "turns for ever";
+    words.limits = axis.has_limits() ? number(axis, axis.min) + " to " + number(axis, axis.max) : "unlimited";
     const double per_minute = axis.rapid.value_or(0.0) * kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0);
     words.rapid = axis.rapid ? fixed_text(per_minute, 0) + (rotary ? " deg/min" : " mm/min") : "not given";
     out.push_back(words);

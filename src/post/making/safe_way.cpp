@@ -52,7 +52,8 @@ std::optional<std::string> SafeWay::above_safe_height(const JointVector& q) cons
   return "the safe height, machine Z " + fixed_text(*safe.z_mm(), 3) + " mm, is " + fixed_text(above_mm, 3) +
          " mm below a place of the path, machine Z " + fixed_text(q[*id], 3) + " mm with a tool of " +
          shortest_text(work_.tool.tool.length_mm) + " mm: [retract] z_mm of " + work_.posting.machine.file +
-         " is a position of the spindle's gauge point, and the tool turns and moves sideways there";
+         " is a position of the spindle's gauge point, and the tool rotates and moves sideways at this "
+         "height";
 }
 
 // Where the word that ends tool-centre-point control may move Z by the length of the tool it stands at the

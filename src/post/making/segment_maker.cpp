@@ -45,9 +45,10 @@ Result<void> SegmentMaker::make(const path::Point& to, const ChunkMotion& motion
   if (motion.point.rapid || work_.at.approaches || !work_.at.known) {
     if (work_.thermal.prepare_shift(to.q)) work_.at.approaches = true;
   } else if (work_.thermal.waits()) {
-    work_.posting.warn_once("shift in cut", motion.point.where,
-                            "operation '" + work_.thermal.operation() +
-                                "' begins in the cut: its shift of the work offset waits for the next rapid");
+    work_.posting.warn_once(
+        "shift in cut", motion.point.where,
+        "operation '" + work_.thermal.operation() +
+            "' begins inside a cut: its shift of the work offset is applied at the next rapid");
   }
   if (work_.at.approaches || !work_.at.known) {
     work_.at.approaches = false;

@@ -199,7 +199,7 @@ std::string ShapeMaker::no_tap(const cl::Hole& hole) const {
   } else if (hole.feed.mode == cl::FeedMode::inverse || hole.feed.mode == cl::FeedMode::none) {
     why = "it has no pitch";
   }
-  return "CYCLE/TAP goes out in a tapping cycle of the control, and here it cannot: " + why;
+  return "CYCLE/TAP needs the control's tapping cycle, which is not possible here: " + why;
 }
 
 Result<nc::Thread> ShapeMaker::thread_of(const cl::Hole& hole, SourceRef where) {

@@ -221,7 +221,7 @@ void ThermalOutput::tell_what_is_not_covered() {
   if (first_s <= kSlack_s && last_s >= end_s - kSlack_s) return;
   warn("the offsets are those of " + fixed_text(first_s, 0) + " to " + fixed_text(last_s, 0) +
        " s, the program lasts from 0 to " + fixed_text(end_s, 0) +
-       " s: before and behind them the first and the last are held");
+       " s: outside them the first or last value is used");
 }
 
 Result<void> ThermalOutput::finish() {

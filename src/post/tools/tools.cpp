@@ -125,20 +125,21 @@ void ProgramTools::warn_of_crossed_registers(const std::string& cl_file, Diagnos
                                  " mm) takes length register " + std::to_string(tool.length_register) +
                                  ", and there is a tool of that number with " +
                                  gauge_text(*length_of(tool.length_register)) +
-                                 " mm: which length stands in that register at the control?");
+                                 " mm: which length does the control hold in that register?");
   }
 }
 
 void ProgramTools::warn(const std::string& cl_file, Diagnostics& diagnostics) const {
   warn_of_crossed_registers(cl_file, diagnostics);
   if (!share_register_.empty())
-    diagnostics.warning(cl_file, {},
-                        share_register_ +
-                            ": it holds one length, so that both tools must be set to it; give each its own "
-                            "(LOADTL/n,ADJUST,r or the column 'register' of a tool file)");
+    diagnostics.warning(
+        cl_file, {},
+        share_register_ +
+            ": the register holds one length, so both tools must be set to exactly this length; give each "
+            "its own (LOADTL/n,ADJUST,r or the column 'register' of a tool file)");
   if (!other_lengths_.empty())
     diagnostics.warning(cl_file, {},
-                        "gauge lengths of the CL file and of the tool file, which counts, differ: " +
+                        "the gauge lengths of the CL file and of the tool file (which is used) differ: " +
                             other_lengths_ + ": is it the same tool, and in mm?");
   for (const LoadedTool& tool : loaded_) {
     if (!(tool.length_mm > 0.0) || tool.length_mm >= kShortestGauge_mm) continue;
