@@ -259,6 +259,7 @@ void add_stage(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& opt
   command
       ->add_option("--parts", options->stage.parts,
                    "number of runs that the points are split into, so that runs can be left out in tests")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
@@ -283,6 +284,7 @@ void add_pointing(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& 
   command
       ->add_option("--parts", options->pointing.parts,
                    "number of runs that the stars are split into, so that runs can be left out in tests")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
@@ -307,9 +309,11 @@ void add_measurements_command(CLI::App& root, int& exit) {
       import->add_subcommand("map", "two-dimensional map: x, y, error along X, error along Y (mm, um)");
   add_files(*map, *options);
   map->add_option("--u-random-um", options->map.u_random_um, "standard uncertainty of one reading")
+      ->check(above_zero())
       ->capture_default_str();
   map->add_option("--parts", options->map.parts,
                   "number of runs that the points are split into, so that runs can be left out in tests")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   map->callback([options, &exit] {
     exit = run(*options, [&](const std::string& text, Diagnostics& d) {
@@ -371,11 +375,14 @@ void add_measurements_command(CLI::App& root, int& exit) {
       ->check(CLI::IsMember({"X", "Y", "Z"}))
       ->capture_default_str();
   log->add_option("--u-random-um", options->log.u_random_um, "standard uncertainty of one reading")
+      ->check(above_zero())
       ->capture_default_str();
   log->add_option("--step-s", options->log.step_s, "time between rows, for a file without time")
+      ->check(above_zero())
       ->capture_default_str();
   log->add_option("--every", options->log.every,
                   "keep every n-th reading; the other rows keep only their state (temperatures, speed)")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   log->callback([options, &exit] {
     exit = run(*options, [&](const std::string& text, Diagnostics& d) {

@@ -218,7 +218,8 @@ void add_import(CLI::App& command, int& exit) {
   sub->add_option("--skip-lines", words->options.skip_lines, "lines before the header");
   sub->add_flag("--part", words->options.part, "accept a file with only temperatures or only displacements");
   sub->add_option("--seconds-per-count", words->options.seconds_per_count,
-                  "seconds per count, if the column of --time counts samples");
+                  "seconds per count, if the column of --time counts samples")
+      ->check(CLI::PositiveNumber);
   sub->add_option("--run", words->options.run_column, "column whose value names the run");
   sub->add_option("--speed", words->options.speed_column, "column of the spindle speed")
       ->capture_default_str();
@@ -227,7 +228,8 @@ void add_import(CLI::App& command, int& exit) {
   sub->add_option("--channel", words->options.channels, "columns of displacements, as shell patterns")
       ->delimiter(',');
   sub->add_option("--um-per-count", words->options.um_per_count,
-                  "um per count of the --channel columns whose names do not end in _um");
+                  "um per count of the --channel columns whose names do not end in _um")
+      ->check(CLI::PositiveNumber);
   words->result.add_to(*sub);
   sub->callback([words, &exit] { exit = run_import(*words); });
 }

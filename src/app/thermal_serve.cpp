@@ -227,7 +227,8 @@ void add_thermal_serve_command(CLI::App& thermal, int& exit) {
   sub->add_option("--port", options->port, "port on 127.0.0.1; 0 is any free one")->required();
   sub->add_option("--journal", options->journal,
                   "file of accepted lines: after a restart the service continues from it");
-  sub->add_option("--idle-exit-s", options->idle_exit_s, "stop after so long without a client (0: never)");
+  sub->add_option("--idle-exit-s", options->idle_exit_s, "stop after so long without a client (0: never)")
+      ->check(CLI::NonNegativeNumber);
   sub->add_option("--clamp-um", options->clamp_um, "largest correction")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

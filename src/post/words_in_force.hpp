@@ -97,6 +97,7 @@ struct WordsInForce {
   TableKinematics kinematics;  // with it
   JointVector offset;          // word minus joint position
   bool tcp = false;
+  bool had_tcp = false;  // somewhere in the program
   std::optional<PlaneFrame> plane;
   bool follows_part = false;               // the zero goes with the part, X Y Z do not turn
   JointVector plane_q;                     // where the control has the rotary axes in the plane

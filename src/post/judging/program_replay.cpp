@@ -73,7 +73,7 @@ void ProgramReplay::take(const nc::Block& block) {
 
 void ProgramReplay::end() {
   walk_.needs_height("the program ends", line());
-  const std::string left = in_force_.shift.left_behind(had_tcp_);
+  const std::string left = in_force_.shift.left_behind(in_force_.had_tcp);
   if (!left.empty())
     judges_.front()->find_offset("the program ends, and " + left + ": the next one would run with it",
                                  line());
@@ -167,7 +167,7 @@ void ProgramReplay::take(const nc::LengthCompensation& length) {
 void ProgramReplay::take(const nc::TcpControl& control) {
   if (controller_.tcp.replaces_length && controller_.length.moves_at_once) walk_.changes_length(line());
   in_force_.tcp = control.on;
-  had_tcp_ = had_tcp_ || control.on;
+  in_force_.had_tcp = in_force_.had_tcp || control.on;
   if (controller_.tcp.replaces_length) in_force_.add_length(false);
 }
 

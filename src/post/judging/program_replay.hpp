@@ -84,7 +84,6 @@ class ProgramReplay {
   std::map<std::uint32_t, double> length_of_;  // of the tools of the CL file
   std::optional<std::int64_t> unknown_tool_;   // that was called last, until the first motion with it
   bool tool_was_called_ = false;
-  bool had_tcp_ = false;
   bool from_unknown_ = false;  // a motion of which not all positions were known was left out
   WordFigures figures_;
   SafeWalk walk_;
