@@ -446,9 +446,10 @@ Result<CrossTalkStudy> study_cross_talk(const Machine& machine, const Model& tru
       auto model = study_model(campaign, candidate, n, checks);
       if (!model) return tl::unexpected(model.error());
       if (!(model->random_before > 0.0))
-        return fail(ErrorCode::wrong_input,
-                    "the true errors (--truth) are nothing at these points: there is nothing to compensate for",
-                    truth.file);
+        return fail(
+            ErrorCode::wrong_input,
+            "the true errors (--truth) are nothing at these points: there is nothing to compensate for",
+            truth.file);
       if (!out.models.empty() && model->held_out_rms < out.models[out.best].held_out_rms)
         out.best = out.models.size();
       out.models.push_back(std::move(*model));

@@ -65,10 +65,19 @@ void ProgramReplay::take(const nc::Block& block) {
                  [&](const nc::LengthCompensation& b) { take(b); },
                  [&](const nc::WorkOffset& b) { in_force_.shift.read(b); },
                  [&](const nc::OffsetShift& b) { in_force_.shift.read(b); },
-                 [&](const nc::LatchValues& b) { hand_on(b); }, [&](const nc::RunTimeStep& b) { hand_on(b); },
+                 [&](const nc::LatchValues& b) { take(b); }, [&](const nc::RunTimeStep& b) { hand_on(b); },
                  [&](const nc::Comment& b) { hand_on(b); }, [&](const nc::Dwell& b) { hand_on(b); },
                  [](const auto&) {}},
       block);
+}
+
+void ProgramReplay::take(const nc::LatchValues& latch) {
+  if (options_.offsets == nullptr)
+    findings_.warning_once(
+        "run time", file_, {line(), 1},
+        "the program adds values that it reads while it runs: they are taken for 0 here. With "
+        "--offsets they are judged");
+  hand_on(latch);
 }
 
 void ProgramReplay::end() {

@@ -60,6 +60,7 @@ class ProgramReplay {
   void take(const nc::Spindle& spindle);
   void take(const nc::Arc& arc);
   void take(const nc::Hole& hole);
+  void take(const nc::LatchValues& latch);
   void end();
   /// A motion at whose end not all axes are known.
   void take_partly(const nc::Motion& motion);
