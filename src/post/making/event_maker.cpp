@@ -100,7 +100,14 @@ Result<void> EventMaker::take_coolant(nc::CoolantKind kind) {
 
 Result<void> EventMaker::take_stop(const cl::Stop& stop, SourceRef where) {
   if (auto r = safe_way_.pause_above(where); !r) return r;
-  if (work_.posting.controller.stops.end_spindle) work_.spindle.stopped();
+  if (work_.posting.controller.stops.end_spindle)
+    work_.spindle.stopped();
+  else if (!stop.optional && work_.spindle.spindle().turn != nc::SpindleTurn::off)
+    work_.posting.warn_once(
+        "stop with spindle", where,
+        "STOP: " + work_.posting.controller.name +
+            " does not stop the spindle and the coolant with the program. SPINDL/OFF before STOP "
+            "does");
   // Whoever jogs an axis there goes on from somewhere else: up again first, then all other axes, then down.
   work_.at.up = false;
   return work_.posting.write(nc::Stop{stop.optional, true});
