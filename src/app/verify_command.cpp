@@ -131,6 +131,11 @@ ExitCode run(VerifyCommand& command) {
   if (!traced) return print_failure(diagnostics, traced.error());
   print(diagnostics);
   print_report(*report);
+  constexpr double kFar_mm = 1.0;  // no tolerance and no slip of a digit: another machine, zero or part
+  if (report->points_missed > 0 && report->largest_tip_deviation_mm() > kFar_mm)
+    spdlog::error(
+        "error: the program is far from this path: was it made with this machine file, controller file and "
+        "CL file? Its first lines name those that it was made with");
   if (*traced) print_trace(**traced, options.tolerance_mm);
   const std::string json = *traced ? report::verify_json(*report, **traced) : report::verify_json(*report);
   const auto page = [&] {
