@@ -12,7 +12,10 @@ namespace {
 void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
                     const post::RunTimeDrift* drift, std::vector<std::string>& out) {
   const auto& r = controller.run_time;
-  const auto name = [&](std::int64_t number) { return r.variable + std::to_string(number); };
+  // Comments of some controls cannot hold the '#' of a variable.
+  const bool can_say = controller.comments.characters.find(r.variable) != std::string::npos;
+  const std::string before = can_say ? r.variable : "var ";
+  const auto name = [&](std::int64_t number) { return before + std::to_string(number); };
   const auto three = [&](const std::array<std::int64_t, 3>& v) {
     return name(v[0]) + ", " + name(v[1]) + ", " + name(v[2]);
   };
