@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <set>
+
+#include "trunnion/diagnosis/diagnose.hpp"
+#include "trunnion/diagnosis/improve.hpp"
+
+#include "diagnosis/campaigns.hpp"
+#include "diagnosis/verdict/verdict_text.hpp"
+
+// Explanations that move the machine alike: which they are, what no run decides, and which run alone shows an
+// error.
+namespace trunnion::diagnosis {
+namespace {
+
+const std::string kModelOfNothing = "[model]\nname = \"none\"\n";
+const std::string kEveryDirection = "n = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+
+std::string effect_of(const std::string& id, const std::string& parameters, const std::string& keys = "") {
+  return "[[effect]]\nid = \"" + id + "\"\n" + keys + "[effect.parameters]\n" + parameters;
+}
+
+bool a_set_is(const Diagnosis& d, const std::set<std::string>& wanted) {
+  return std::any_of(d.sets.begin(), d.sets.end(), [&](const auto& set) {
+    return std::set<std::string>(set.begin(), set.end()) == wanted;
+  });
+}
+
+std::string told(const Diagnosis& d) {
+  std::string out(text_of(d.verdict));
+  for (const auto& set : d.sets) {
+    out += " [";
+    for (const auto& id : set) out += id + " ";
+    out += "]";
+  }
+  return out + "\n" + d.paragraph;
+}
+
+// The table stands level while the room warms and cools; only C turns. What moves the centre of A along Y and
+// Z beside a centre of C that moves along X and Y is, there, a tool that moves along all three.
+std::string room() {
+  std::string out;
+  for (const auto& [id, curve] : {std::pair{"day", "[[0, 20], [60, 24], [150, 21], [240, 25]]"},
+                                  std::pair{"night", "[[0, 22], [90, 19], [240, 20]]"}})
+    out += std::string("[[run]]\nid = \"") + id +
+           "\"\nminutes = 240\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" +
+           kEveryDirection + "T_ambient_degC = " + curve +
+           "\nrepeat = 24\nposes = [[0, 0, 100, 0, 0], [0, 0, 100, 0, 90], [0, 0, 100, 0, 200]]\n";
+  return out;
+}
+
+// Before: `named`, the one of the two that the time constants of a grid suited better.
+TEST(Twins, PairsOfThermalEffectsThatMoveAlikeAreAmbiguous) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const std::string centre_of_c = effect_of(
+      "thermal_location:C", "X_um_per_K = 3.5\nY_um_per_K = -2.5\ntau_s = 1800\n", "sensor = \"ambient\"\n");
+  const std::string centre_of_a = effect_of(
+      "thermal_location:A", "Y_um_per_K = 3\nZ_um_per_K = 3.5\ntau_s = 2900\n", "sensor = \"ambient\"\n");
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const Dataset data = test::measured(machine, room(), kModelOfNothing + centre_of_c + centre_of_a, seed);
+    const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kModelOfNothing));
+    EXPECT_EQ(d.verdict, Verdict::ambiguous) << told(d);
+    EXPECT_TRUE(a_set_is(d, {"thermal_location:A", "thermal_location:C"})) << told(d);
+    EXPECT_TRUE(a_set_is(d, {"ambient_drift", "thermal_location:C"})) << told(d);
+  }
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
