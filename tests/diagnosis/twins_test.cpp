@@ -64,5 +64,34 @@ TEST(Twins, PairsOfThermalEffectsThatMoveAlikeAreAmbiguous) {
   }
 }
 
+// One run of three turns A round, and what it alone shows grows with sin A: a formula follows it to the
+// noise.
+std::string balls_of_which_one_turns_round() {
+  std::string out;
+  for (const auto& [id, ball, a] :
+       {std::tuple{"up_and_down", "[80, 0, 60]", "[-20, 0, 20, 40, 60, 80, 60, 40, 20, 0, -20]"},
+        std::tuple{"up", "[0, 90, 120]", "[-20, 0, 20, 40, 60, 80]"},
+        std::tuple{"up_again", "[-70, -40, 40]", "[-20, 0, 20, 40, 60, 80]"}})
+    out += std::string("[[run]]\nid = \"") + id +
+           "\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" +
+           kEveryDirection + "grid = { A_deg = " + a +
+           ", C_deg = [0, 60, 120, 180, 240, 300] }\nball_mm = " + ball + "\n";
+  return out;
+}
+
+// Before: `odd_runs` held the only run that turns round, and the text sent the reader to its columns.
+TEST(Twins, ARunThatAFormulaExplainsIsNotBlamed) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  const std::string truth =
+      kModelOfNothing +
+      "[[effect]]\nid = \"user:hidden\"\njoint = \"A\"\ncomponent = \"EAA\"\nexpression = \"k * sin(A) * "
+      "dir_A\"\n[effect.parameters]\nk_urad = 40\n";
+  const Dataset data = test::measured(machine, balls_of_which_one_turns_round(), truth, 1);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kModelOfNothing));
+  ASSERT_TRUE(d.formula) << told(d);
+  EXPECT_LT(d.formula->chi2_after, 1.2 * d.formula->dof_after) << told(d);
+  EXPECT_TRUE(d.rows.odd_runs.empty()) << told(d);
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

@@ -378,6 +378,20 @@ std::string odd_runs_text(const std::vector<std::string>& before, const std::vec
          "the file, and measure it once more before anything is compensated that only it shows.";
 }
 
+std::string alone_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
+                       const Dataset& data, std::size_t run, const std::vector<std::string>& deeds) {
+  std::vector<std::string> not_needed;
+  for (const std::string& id : before)
+    if (std::find(now.begin(), now.end(), id) == now.end()) not_needed.push_back(id);
+  return "Run '" + data.context.runs[run].id + "' (" + files_of_run(data, run) +
+         ") alone shows an error that no effect of the library follows, and no other run " +
+         listed(deeds, " or ") + ": without its readings only noise is left" +
+         (not_needed.empty() ? "" : ", and nothing asks for " + listed(not_needed, " and ")) +
+         ". Measure a second run that does the same: what both show is an error of the machine; what only "
+         "this one shows is of how it was measured (sign, unit, scale, direction n, an instrument that "
+         "drifts).";
+}
+
 std::string what_next(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && !d.bookkeeping.empty())
     return either_text(d) + (d.next ? " " + d.next->why : "");
@@ -394,10 +408,7 @@ std::string what_next(const Diagnosis& d) {
     return "No run of the menu helps here: " + d.paragraph;
   if (d.number_is_open())
     return "No run of the menu helps here: read the axis at positions off the grid of these. " + d.paragraph;
-  if (d.verdict == Verdict::ambiguous)
-    return "No run of the menu tells these explanations apart. Compensate for what all of them have, and "
-           "look at "
-           "the machine for what causes the others.";
+  if (d.verdict == Verdict::ambiguous) return not_told_apart_text(d.sets);
   return "No further measurement is needed: these data decide it.";
 }
 
