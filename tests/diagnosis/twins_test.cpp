@@ -93,5 +93,26 @@ TEST(Twins, ARunThatAFormulaExplainsIsNotBlamed) {
   EXPECT_TRUE(d.rows.odd_runs.empty()) << told(d);
 }
 
+// A0 of the axis and the tool's length are one with one tool: no run of the menu decides, and none is
+// promised. Before: a run for angles of A with a chance of a wrong name below 1 %, after which both stood as
+// before.
+TEST(Twins, NoRunIsPromisedThatCannotDecide) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string balls;
+  for (const char* place : {"[80, 0, 60]", "[0, 90, 120]"})
+    balls +=
+        std::string("[[run]]\nid = \"ball ") + place +
+        "\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" + kEveryDirection +
+        "grid = { A_deg = [-20, 0, 30, 60, 90], C_deg = [0, 60, 120, 180, 240, 300] }\nball_mm = " + place +
+        "\n";
+  const Dataset data =
+      test::measured(machine, balls, kModelOfNothing + effect_of("tool_length", "Z0S_um = 8\n"), 1);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kModelOfNothing));
+  ASSERT_EQ(d.verdict, Verdict::ambiguous) << told(d);
+  ASSERT_TRUE(a_set_is(d, {"tool_length"}) && a_set_is(d, {"location:A"})) << told(d);
+  if (d.next) EXPECT_GT(d.next->wrong_after, 0.3) << d.next->why;
+  EXPECT_NE(what_next(d).find("presetter"), std::string::npos) << what_next(d);
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

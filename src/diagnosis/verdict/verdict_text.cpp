@@ -392,6 +392,29 @@ std::string alone_text(const std::vector<std::string>& before, const std::vector
          "drifts).";
 }
 
+std::string not_told_apart_text(const std::vector<std::vector<std::string>>& sets) {
+  if (sets.size() < 2) return "No run of the menu decides whether that is it.";
+  const std::vector<std::string> common = in_all(sets);
+  bool of_tool = false, of_others = false;
+  for (const auto& set : sets)
+    for (const std::string& id : set) {
+      if (std::find(common.begin(), common.end(), id) != common.end()) continue;
+      const bool tool = id == "tool_length" || id == "tool_offset";
+      of_tool = of_tool || tool;
+      of_others = of_others || !tool;
+    }
+  std::vector<std::string> names;
+  for (const auto& set : sets) names.push_back(listed(set, " with "));
+  std::string out = "No run of the menu tells " + listed(names, " and ") +
+                    " apart: in all of them one can do what the other does.";
+  if (of_tool && of_others)
+    out +=
+        " One is of the tool, one of the machine: gauge the tool, and the ball in its place, apart from the "
+        "machine (length and run-out, on a presetter); what is left then is the machine's.";
+  return out + (common.empty() ? " Look" : " Compensate for " + listed(common, " and ") + ", and look") +
+         " at the machine for what causes the others.";
+}
+
 std::string what_next(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && !d.bookkeeping.empty())
     return either_text(d) + (d.next ? " " + d.next->why : "");

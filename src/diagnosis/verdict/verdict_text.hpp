@@ -41,6 +41,9 @@ std::string odd_runs_text(const std::vector<std::string>& before, const std::vec
 std::string alone_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
                        const Dataset& data, std::size_t run, const std::vector<std::string>& deeds);
 
+/// That no run tells these sets apart, and what does.
+std::string not_told_apart_text(const std::vector<std::vector<std::string>>& sets);
+
 /// What the scatter hangs on, and that the readings were weighed by it; begins with a space.
 std::string uneven_text(const UnevenScatter& scatter);
 
