@@ -43,8 +43,11 @@ constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
-constexpr double kPartInstead = 20.0;    // in -2 ln: that a part of a range does better than what was named
-constexpr double kBesideAFormula = 0.9;  // of effects beside which a formula does what others did
+constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kNoiseBeside = 1.1;   // chi-square per degree of freedom beside a formula
+// Of effects that were named: p of what they leave below which a formula is sought all the same.
+constexpr double kUneasyRest = 1e-3;
+constexpr double kBesideAFormula = 0.9;        // of effects beside which a formula does what others did
 constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
@@ -720,17 +723,26 @@ bool is_rather_a_function(const Machine& machine, const Dataset& data, const std
   return formula && kNearer * formula->chi2_after * said.dof < said.chi2_after * formula->dof_after;
 }
 
+bool in_each(const std::vector<std::vector<std::string>>& sets, const std::string& id) {
+  return std::all_of(sets.begin(), sets.end(), [&](const std::vector<std::string>& set) {
+    return std::find(set.begin(), set.end(), id) != set.end();
+  });
+}
+
 // Effects that did a part of what the formula does are not missing. Where sets could not be told apart, none
-// is taken away: what the others of a set stand for is open.
+// is taken away, since what the others of a set stand for is open; unless the formula leaves only noise
+// beside what is in each of them.
 void name_fewer(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
                 Diagnosis& d) {
-  if (d.additions.size() < 2 || d.sets.size() > 1 ||
-      (!left_out.empty() && left_out.size() != data.readings.size()))
-    return;
+  if (d.additions.size() < 2 || (!left_out.empty() && left_out.size() != data.readings.size())) return;
+  const bool one_set = d.sets.size() < 2;
   const Observations o(machine, data);
   std::vector<ModelEffect> needed =
       needed_beside(o, d.base.model, d.additions, d.formula->alone.effects, left_out);
   if (needed.empty() || needed.size() == d.additions.size()) return;
+  if (!one_set && !std::all_of(needed.begin(), needed.end(),
+                               [&](const ModelEffect& effect) { return in_each(d.sets, effect.id()); }))
+    return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), needed.begin(), needed.end());
   auto again = propose_formula(machine, data, known, left_out);
@@ -738,6 +750,7 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
   const double pays = std::log(static_cast<double>(data.readings.size())) *
                       (parameters_of(d.additions) - parameters_of(needed));
   if (!again || again->chi2_after > d.formula->chi2_after + pays + kThousandToOne) return;
+  if (!one_set && again->chi2_after > kNoiseBeside * again->dof_after) return;
   const std::vector<std::string> before = std::exchange(d.effects, {});
   const auto first = static_cast<std::ptrdiff_t>(d.base.model.effects.size());
   known.effects.insert(known.effects.end(), again->alone.effects.begin(), again->alone.effects.end());
@@ -752,6 +765,20 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
   d.formula = std::move(again);
   d.confidence = std::min(d.confidence, kBesideAFormula);
   d.paragraph = fewer_text(d);
+}
+
+// Effects were named beside which the rest passed for noise, but is more than that: one of them may follow a
+// part of an error that the library lacks.
+bool leaves_more_than_noise(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
+                            const Diagnosis& d) {
+  if (d.verdict != Verdict::named || d.additions.size() < 2 ||
+      (!left_out.empty() && left_out.size() != data.readings.size()))
+    return false;
+  const Observations o(machine, data);
+  Model known = d.base.model;
+  known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
+  const FitCore core = fit_core(o, known, {.robust = false}, left_out);
+  return chi2_tail(core.chi2(), core.dof()) < kUneasyRest;
 }
 
 // What follows the errors that the named effects leave, or all of them where none is named.
@@ -776,7 +803,8 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       return;
     }
   }
-  if (!none && d.verdict != Verdict::named_but_incomplete) return;
+  const bool uneasy = leaves_more_than_noise(machine, data, left_out, d);
+  if (!none && !uneasy && d.verdict != Verdict::named_but_incomplete) return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
   d.formula = propose_formula(machine, data, known, left_out);
@@ -787,6 +815,14 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       nothing_but(d, *alone);
     else
       name_fewer(machine, data, left_out, d);
+  }
+  if (uneasy && d.verdict == Verdict::named) {
+    // Where each effect is needed the formula follows what chance makes of the noise.
+    if (d.imitators.empty()) {
+      d.formula.reset();
+      return;
+    }
+    d.verdict = Verdict::named_but_incomplete;
   }
   d.paragraph += formula_text(*d.formula);
 }
