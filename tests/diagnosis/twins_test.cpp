@@ -114,5 +114,27 @@ TEST(Twins, NoRunIsPromisedThatCannotDecide) {
   EXPECT_NE(what_next(d).find("presetter"), std::string::npos) << what_next(d);
 }
 
+// What is in both explanations with the same values is added; the rest stays open.
+TEST(Twins, WhatBothExplanationsHaveAlikeIsAdded) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string lines;
+  for (const char* id : {"y", "y again"})
+    lines += test::sweep_run(id, "Y", -240, 240, 31, "[[0, 1, 0]]", "displacement", {});
+  const Dataset data = test::measured(
+      machine, room() + lines,
+      kModelOfNothing + effect_of("backlash:Y", "b_um = 6\n") +
+          effect_of("thermal_location:A", "Y_um_per_K = 3\nZ_um_per_K = 3.5\ntau_s = 2900\n",
+                    "sensor = \"ambient\"\n") +
+          effect_of("thermal_location:C", "X_um_per_K = 3.5\nY_um_per_K = -2.5\ntau_s = 1800\n",
+                    "sensor = \"ambient\"\n"),
+      1);
+  const auto steps = improve(machine, data, test::model_for(machine, data, kModelOfNothing));
+  ASSERT_GE(steps.size(), 2U) << told(steps.front().diagnosis);
+  EXPECT_EQ(steps.front().diagnosis.verdict, Verdict::ambiguous) << told(steps.front().diagnosis);
+  const auto& added = steps.back().error.effects;
+  EXPECT_NE(std::find(added.begin(), added.end(), "backlash:Y"), added.end());
+  EXPECT_EQ(std::find(added.begin(), added.end(), "ambient_drift"), added.end());
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

@@ -366,6 +366,7 @@ class Engine {
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     const std::vector<EffectSet> other_numbers = find_numbers(d, atoms, x.found);
     decide(d, atoms, x);
+    find_agreed(d, atoms, x);
     d.rows.problems = row_problems(*whole_);
     std::optional<FitCore> whole;
     if (!d.effects.empty()) whole = refit(d, atoms, x.found);
@@ -475,6 +476,36 @@ class Engine {
       if (!numbers.empty()) d.ranking[m].parameters.back().also = std::move(numbers);
     }
     return out;
+  }
+
+  // Which members of what was found are sure in each of the sets, and do the same to the readings there.
+  void find_agreed(Diagnosis& d, const Atoms& atoms, const Outcome& x) const {
+    constexpr double kAlike = 0.1;    // of what it does to the readings
+    constexpr double kSure = 1e-6;    // its p-value beside the others
+    constexpr double kEvident = 0.1;  // share of chi-square that the set takes and it takes alone
+    if (x.rivals.empty()) return;
+    const auto does = [&](const EffectSet& set, std::size_t family, std::size_t variant) {
+      const auto own = std::find_if(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+        return atom.family == family && atom.variant == variant;
+      });
+      if (own == set.members.end()) return VectorXd();
+      const auto m = static_cast<std::size_t>(own - set.members.begin());
+      const bool evident = set.drop[m] * noise_.variance > kEvident * (base_rss(atoms) - set.rss);
+      if (!(set.p[m] < kSure) || !evident) return VectorXd();
+      const std::vector<double> values = estimate(atoms, set.members).values[m];
+      const VectorXd linear =
+          Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+      return VectorXd(own->U().cast<double>() * (own->to_columns * linear));
+    };
+    for (std::size_t m = 0; m < x.found.members.size() && m < d.ranking.size(); ++m) {
+      const Atom& atom = x.found.members[m];
+      const VectorXd here = does(x.found, atom.family, atom.variant);
+      d.ranking[m].same_in_all =
+          here.size() > 0 && std::all_of(x.rivals.begin(), x.rivals.end(), [&](const EffectSet& set) {
+            const VectorXd there = does(set, atom.family, atom.variant);
+            return there.size() > 0 && (there - here).norm() < kAlike * here.norm();
+          });
+    }
   }
 
   // Rounding is the same wherever a position is measured again, and looks like structure: where no more than
