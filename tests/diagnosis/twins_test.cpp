@@ -136,5 +136,28 @@ TEST(Twins, WhatBothExplanationsHaveAlikeIsAdded) {
   EXPECT_EQ(std::find(added.begin(), added.end(), "ambient_drift"), added.end());
 }
 
+// Play of A that depends on where C stands. Before: `named` backlash:A with unbalance:AC, which explains what
+// changes its sign with the sense of A well enough for the tests.
+TEST(Twins, AFormulaMakesNeedlessWhatOnlyFollowsAPartOfIt) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string balls;
+  for (const auto& [id, ball] : {std::pair{"one", "[80, 0, 60]"}, std::pair{"two", "[0, 90, 120]"}})
+    balls += std::string("[[run]]\nid = \"") + id +
+             "\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" +
+             kEveryDirection +
+             "grid = { A_deg = [-20, 0, 30, 60, 90, 60, 30, 0, -20], C_deg = [0, 45, 90, 135, 180, 225, 270, "
+             "315] }\nball_mm = " +
+             ball + "\n";
+  const std::string truth =
+      kModelOfNothing + effect_of("backlash:A", "b_urad = 60\n") +
+      "[[effect]]\nid = \"user:hidden\"\njoint = \"A\"\ncomponent = \"EAA\"\nexpression = \"k * "
+      "dir_A * cos(C)\"\n[effect.parameters]\nk_urad = 14\n";
+  const Dataset data = test::measured(machine, balls, truth, 1);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kModelOfNothing));
+  EXPECT_EQ(d.effects, std::vector<std::string>{"backlash:A"}) << told(d);
+  ASSERT_TRUE(d.formula) << told(d);
+  EXPECT_NE(d.formula->words.find("dir_A"), std::string::npos) << d.formula->words;
+}
+
 }  // namespace
 }  // namespace trunnion::diagnosis

@@ -46,7 +46,7 @@ constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUne
 constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
 constexpr double kNoiseBeside = 1.1;   // chi-square per degree of freedom beside a formula
 // Of effects that were named: p of what they leave below which a formula is sought all the same.
-constexpr double kUneasyRest = 1e-3;
+constexpr double kUneasyRest = 0.05;
 constexpr double kBesideAFormula = 0.9;        // of effects beside which a formula does what others did
 constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
@@ -802,7 +802,8 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
 // part of an error that the library lacks.
 bool leaves_more_than_noise(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
                             const Diagnosis& d) {
-  if (d.verdict != Verdict::named || d.additions.size() < 2 ||
+  const bool sets = d.verdict == Verdict::ambiguous && d.sets.size() > 1 && !d.formula;
+  if ((d.verdict != Verdict::named && !sets) || d.additions.size() < 2 ||
       (!left_out.empty() && left_out.size() != data.readings.size()))
     return false;
   const Observations o(machine, data);
@@ -847,13 +848,14 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
     else
       name_fewer(machine, data, left_out, d);
   }
-  if (uneasy && d.verdict == Verdict::named) {
+  if (uneasy && (d.verdict == Verdict::named || d.verdict == Verdict::ambiguous)) {
     // Where each effect is needed the formula follows what chance makes of the noise.
     if (d.imitators.empty()) {
       d.formula.reset();
       return;
     }
     d.verdict = Verdict::named_but_incomplete;
+    d.next.reset();  // was to tell sets apart
   }
   d.paragraph += formula_text(*d.formula);
 }
