@@ -58,6 +58,8 @@ constexpr double kHardlyNoise = 0.05;  // p of what is left
 // Of effects among those found beside which the others may be of second order: their share of what all do,
 // and how far above the noise (chi-square): a hundredth of their size is then above it, too.
 constexpr double kShareOfLarge = 0.99, kFarAboveNoise = 1e5;
+constexpr double kFewDof = 60.0;       // below, scatter and its correlation are not told from what is missing
+constexpr double kReadingsEach = 3.0;  // degrees of freedom for each parameter
 constexpr double kClearlyLess = 10.0;  // chi-square
 
 struct Outcome {
@@ -299,11 +301,20 @@ class Engine {
     NoiseScale stated;
     stated.dof = kStatedDof;
     Beside by_statement = by(stated);
+    // Of few readings beside a base that misfits the correlation is that of what is missing.
+    if (atoms.base().dof() < kFewDof && !by_statement.set.members.empty() &&
+        as_stated(by_statement.judged.noise) && leaves_noise(by_statement.set, atoms.base().dof()))
+      return by_statement;
     const auto cost = [&](const Beside& b) {
       return surprise(b.judged.noise, atoms.base().dof()) +
              2.0 * std::log(multiplicity_.families) * static_cast<double>(b.set.members.size());
     };
     return cost(by_statement) + kAsSimple < cost(by_scatter) ? by_statement : by_scatter;
+  }
+  // By itself, and with few enough parameters that scatter alone could not be followed so far.
+  static bool leaves_noise(const EffectSet& set, double dof) {
+    const auto columns = static_cast<double>(set.columns());
+    return kReadingsEach * columns <= dof && set.rss <= kHighChi2 * (dof - columns);
   }
   static bool as_stated(const NoiseScale& noise) {
     return noise.phi == 0.0 && noise.raw_variance <= kHighChi2;
