@@ -554,7 +554,7 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
   };
   const Case cases[] = {
       {"fanuc_30i", "G21 G90\nG0 X0. Y0. Z0.\nG1 X#5 F100.\nM30\n", "variable #5 has no value"},
-      {"fanuc_30i", "G21 G90\nG0 X#5021\nM30\n", "is the control's"},
+      {"fanuc_30i", "G21 G90\nG0 X#5021\nM30\n", "belongs to the control"},
       {"fanuc_30i", "G21 G90\nM98 P31000\nM30\nO1000\nM99\n", "how often it is called is said by L"},
       {"fanuc_30i", "G21 G90\nM98 P7\nM30\n", "no O7"},
       {"fanuc_30i", "G21 G90\nM98 P7\nM30\nO7\nM98 P7\nM99\n", "more than 32 deep"},
