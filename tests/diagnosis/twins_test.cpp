@@ -110,7 +110,9 @@ TEST(Twins, NoRunIsPromisedThatCannotDecide) {
   const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kModelOfNothing));
   ASSERT_EQ(d.verdict, Verdict::ambiguous) << told(d);
   ASSERT_TRUE(a_set_is(d, {"tool_length"}) && a_set_is(d, {"location:A"})) << told(d);
-  if (d.next) EXPECT_GT(d.next->wrong_after, 0.3) << d.next->why;
+  if (d.next) {
+    EXPECT_GT(d.next->wrong_after, 0.3) << d.next->why;
+  }
   EXPECT_NE(what_next(d).find("presetter"), std::string::npos) << what_next(d);
 }
 
