@@ -390,14 +390,14 @@ TEST(OffsetOutput, VariablesBeginAtNothing) {
     setting.limits = quick();
     const OffsetPost p = offset_post(blades(4, false), machine, &table, setting);
     ASSERT_TRUE(p.report) << control << p.report.error().text();
-    const auto c = test::shipped_controller(control);
+    const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
     const auto reads = [&](const std::string& nc) {
       Diagnostics d;
       nc::ReaderOptions options;
       options.whole_program = true;
       return nc::read_program(c, nc, "p.nc", d, options).has_value();
     };
-    EXPECT_TRUE(reads(p.nc)) << control;
+    EXPECT_TRUE(reads(p.nc)) << control << p.nc;
     for (const std::string& line : c.run_time.begin) {
       const auto at = p.nc.find(line + "\n");
       ASSERT_NE(at, std::string::npos) << control << ": " << line;

@@ -1,6 +1,5 @@
 #include "post/making/cutter_words.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace trunnion::post {
@@ -22,10 +21,7 @@ Result<void> CutterWords::switch_to(const cl::CutterCompensation& c, SourceRef w
     return refuse("the tool must have been positioned before it is switched on");
   }
   const std::int64_t number = c.wear_register ? *c.wear_register : work_.tool.length_register;
-  const auto& loaded = work_.posting.report.tools;
-  const bool is_tool = std::any_of(loaded.begin(), loaded.end(), [&](const LoadedTool& tool) {
-    return static_cast<std::int64_t>(tool.number.value_or(1)) == number;
-  });
+  const bool is_tool = number == static_cast<std::int64_t>(work_.spindle.tool().value_or(1));
   if (side != nc::CutterSide::off && work_.posting.controller.wear_register_is_tool && is_tool)
     return refuse(
         "on " + work_.posting.controller.name + " register " + std::to_string(number) + " is tool " +

@@ -18,6 +18,8 @@ class SpindleAndCoolant {
   double diameter_mm() const { return diameter_mm_; }
   /// The speed that was given last, 0 before the first one.
   double rpm() const { return rpm_; }
+  /// In the spindle, where the CL file has loaded one.
+  std::optional<std::uint32_t> tool() const { return tool_; }
   /// What is asked of the spindle now.
   const nc::Spindle& spindle() const { return spindle_; }
   /// A tapping cycle leaves the spindle stopped on most controls: it is said again before anything but a tap.
