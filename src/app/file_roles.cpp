@@ -23,7 +23,7 @@ bool has_name(const CLI::Option& option, std::string_view name) {
 }
 
 bool is_written(const CLI::Option& option) {
-  constexpr std::array<std::string_view, 4> kWritten = {"output", "json", "report", "model-out"};
+  constexpr std::array<std::string_view, 5> kWritten = {"output", "json", "report", "model-out", "journal"};
   return option.get_type_name() == kFileToWrite ||
          std::any_of(kWritten.begin(), kWritten.end(), [&](auto name) { return has_name(option, name); });
 }

@@ -3,8 +3,8 @@
 
 namespace trunnion::app {
 
-/// `type_name` of an option that names a file to write. `--output`, `--json`, `--report` and `--model-out`
-/// are such whatever their type.
+/// `type_name` of an option that names a file to write. `--output`, `--json`, `--report`, `--model-out` and
+/// `--journal` are such whatever their type.
 inline constexpr const char* kFileToWrite = "OUT";
 
 /// What holds for the options of every command, when they are all read and before the command begins. Throws

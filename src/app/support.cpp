@@ -75,10 +75,10 @@ void print(const Diagnostics& diagnostics) {
   for (const Finding& finding : diagnostics.findings()) {
     if (count[{finding.file, finding.severity}] > kMost || !said.insert(finding.text()).second) continue;
     if (++count[{finding.file, finding.severity}] > kMost) {
-      spdlog::log(level_of(finding.severity), "{}: more {} follow, which are not listed", finding.file,
-                  finding.severity == Severity::error     ? "errors"
-                  : finding.severity == Severity::warning ? "warnings"
-                                                          : "notes");
+      spdlog::log(level_of(finding.severity), "{}: {} more of this kind are not listed", finding.file,
+                  finding.severity == Severity::error     ? "error:"
+                  : finding.severity == Severity::warning ? "warning:"
+                                                          : "note:");
       continue;
     }
     spdlog::log(level_of(finding.severity), "{}", finding.text());

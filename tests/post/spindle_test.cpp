@@ -74,6 +74,7 @@ TEST(SpindleSense, ToTheLeftIsSaidForEachTool) {
   EXPECT_EQ(refusal(first + up + "LOADTL/5\nSPINDL/3000,CLW\n" + kPath), "");
   EXPECT_EQ(refusal(first + up + "LOADTL/5\nSPINDL/3000,CCLW\n" + kPath), "");
   EXPECT_EQ(refusal(first + up + "LOADTL/4\n" + kPath), "");
+  EXPECT_EQ(refusal("SPINDL/3000,CCLW\nLOADTL/4\n" + kPath), "");  // there is no tool before
   EXPECT_EQ(refusal("LOADTL/4\nSPINDL/3000,CLW\n" + kPath + up + "LOADTL/5\n" + kPath), "");
 }
 

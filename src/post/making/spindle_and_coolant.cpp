@@ -83,7 +83,7 @@ void SpindleAndCoolant::tool_called(std::uint32_t number) {
 Result<void> SpindleAndCoolant::check_before_cut(SourceRef where) {
   if (std::exchange(is_said_, true)) return {};
   const std::string& file = posting_.job.cl_file;
-  if (spindle_.turn == nc::SpindleTurn::counterclockwise && said_for_ != tool_)
+  if (spindle_.turn == nc::SpindleTurn::counterclockwise && said_for_ && said_for_ != tool_)
     return fail(
         ErrorCode::wrong_input,
         "no SPINDL since the tool was loaded, and the tool before turned counterclockwise: say which way "
