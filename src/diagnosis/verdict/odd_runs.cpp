@@ -17,7 +17,7 @@ constexpr double kFasterThan = 1.5;   // quotient of speeds that are another one
 constexpr double kFurther_K = 1.0;    // beyond the temperatures of the others, and as much as they span
 constexpr double kExplained = 1.1;    // chi-square per degree of freedom
 constexpr double kNoiseLevel = 0.01;  // its p, where readings are few
-constexpr double kOfOneRun = 0.9;     // of what a formula takes away: the others share the rest by chance
+constexpr double kOfOneRun = 0.5;     // of what a formula takes away: most of it
 constexpr double kMostReadingsByRun = 5000;  // beyond, runs are many and one says little
 
 std::vector<double> chi2_by_run(const Observations& o, const Model& model) {
