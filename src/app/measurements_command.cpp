@@ -236,6 +236,20 @@ void add_files(CLI::App& command, MeasurementsOptions& options) {
   options.result.add_to(command);
 }
 
+void add_uncertainty(CLI::App& command, double& u_um) {
+  command.add_option("--u-random-um", u_um, "standard uncertainty of one reading")
+      ->check(above_zero())
+      ->capture_default_str();
+}
+
+void add_parts(CLI::App& command, std::size_t& parts) {
+  command
+      .add_option("--parts", parts,
+                  "number of runs that the readings are split into, so that runs can be left out in tests")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
 void add_machine(CLI::App& command, MeasurementsOptions& options) {
   command
       .add_option("-m,--machine", options.machine, "machine file, or the name of one in postconfigs/machines")
@@ -253,14 +267,8 @@ void add_stage(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& opt
                    "the file's first and second axis, as in X,Y (default: as the file names them)")
       ->delimiter(',')
       ->expected(2);
-  command->add_option("--u-random-um", options->stage.u_random_um, "standard uncertainty of one reading")
-      ->check(above_zero())
-      ->capture_default_str();
-  command
-      ->add_option("--parts", options->stage.parts,
-                   "number of runs that the points are split into, so that runs can be left out in tests")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_uncertainty(*command, options->stage.u_random_um);
+  add_parts(*command, options->stage.parts);
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
       return diagnosis::import_stage(text, options->file, machine, options->stage, d);
@@ -281,11 +289,7 @@ void add_pointing(CLI::App& import, const std::shared_ptr<MeasurementsOptions>& 
       ->add_option("--u-random-urad", options->pointing.u_random_urad, "standard uncertainty of one reading")
       ->check(above_zero())
       ->capture_default_str();
-  command
-      ->add_option("--parts", options->pointing.parts,
-                   "number of runs that the stars are split into, so that runs can be left out in tests")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_parts(*command, options->pointing.parts);
   command->callback([options, &exit] {
     exit = run_on_machine(*options, [&](const std::string& text, const Machine& machine, Diagnostics& d) {
       return diagnosis::import_pointing(text, options->file, machine, options->pointing, d);
@@ -308,13 +312,8 @@ void add_measurements_command(CLI::App& root, int& exit) {
   auto* map =
       import->add_subcommand("map", "two-dimensional map: x, y, error along X, error along Y (mm, um)");
   add_files(*map, *options);
-  map->add_option("--u-random-um", options->map.u_random_um, "standard uncertainty of one reading")
-      ->check(above_zero())
-      ->capture_default_str();
-  map->add_option("--parts", options->map.parts,
-                  "number of runs that the points are split into, so that runs can be left out in tests")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_uncertainty(*map, options->map.u_random_um);
+  add_parts(*map, options->map.parts);
   map->callback([options, &exit] {
     exit = run(*options, [&](const std::string& text, Diagnostics& d) {
       return diagnosis::import_map(text, options->file, options->map, d);
@@ -374,9 +373,7 @@ void add_measurements_command(CLI::App& root, int& exit) {
   log->add_option("--direction", options->log.direction, "direction of sensitivity")
       ->check(CLI::IsMember({"X", "Y", "Z"}))
       ->capture_default_str();
-  log->add_option("--u-random-um", options->log.u_random_um, "standard uncertainty of one reading")
-      ->check(above_zero())
-      ->capture_default_str();
+  add_uncertainty(*log, options->log.u_random_um);
   log->add_option("--step-s", options->log.step_s, "time between rows, for a file without time")
       ->check(above_zero())
       ->capture_default_str();

@@ -1,25 +1,15 @@
 // What a shop's controller file means otherwise than the file that it stands on.
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 
 #include "support/controllers.hpp"
+#include "support/folder_test.hpp"
 
 namespace trunnion {
 namespace {
 
-namespace fs = std::filesystem;
-
-class BaseDifferences : public ::testing::Test {
+class BaseDifferences : public test::FolderTest {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "trunnion_base_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string warnings(const std::string& keys, const std::string& base = "fanuc_30i",
                        const std::string& head = "") const {
     std::ofstream(folder_ / "c.toml")
@@ -31,7 +21,6 @@ class BaseDifferences : public ::testing::Test {
     for (const Finding& f : diagnostics.findings()) out += f.text() + "\n";
     return out;
   }
-  fs::path folder_;
 };
 
 TEST_F(BaseDifferences, FilesThatShipHaveNone) {

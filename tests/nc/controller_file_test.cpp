@@ -1,11 +1,11 @@
 // Controller files: what is wrong in one is said with its place.
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "support/controllers.hpp"
+#include "support/folder_test.hpp"
 
 namespace trunnion {
 namespace {
@@ -14,15 +14,12 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-class ControllerFile : public ::testing::Test {
+class ControllerFile : public test::FolderTest {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "trunnion_controller_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
+    FolderTest::SetUp();
     fs::copy_file(test::controller_folder() + "/iso.toml", folder_ / "iso.toml");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   // Messages without the folder, in front of each its file.
   std::vector<std::string> errors_of(const std::string& text) {
@@ -33,7 +30,6 @@ class ControllerFile : public ::testing::Test {
     for (const auto& f : diagnostics.findings()) out.push_back(f.text().substr(folder_.string().size() + 1));
     return out;
   }
-  fs::path folder_;
 };
 
 constexpr const char* kHead = "[controller]\nname = \"C\"\nbase = \"iso\"\n";

@@ -106,45 +106,53 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
   EXPECT_NE(under.report.error().text().find("tool-centre-point"), std::string::npos);
 }
 
-TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
+// Of LinuxCNC, with the wear in the registers.
+Result<VerifyReport> judged(const std::string& nc, const std::string& cl, Diagnostics& d) {
   const Machine machine = test::shipped_machine("trunnion_offset");
-  const std::string cl = contour_of("linuxcnc");
-  const auto p = test::posted(cl, machine, wear());
-  ASSERT_TRUE(p.report) << p.report.error().text();
-  const auto verify = [&](const std::string& text) {
-    const nc::Controller c = test::shipped_controller("linuxcnc");
-    Diagnostics d;
-    VerifyOptions options;
-    options.tolerance_mm = 0.01;
-    cl::ReaderOptions reading;
-    reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
-    static_cast<void>(post::verify({std::make_unique<test::TextOf>(cl), "part.cls", reading},
-                                   {std::make_unique<test::TextOf>(text), "part.nc"}, {machine, c, options},
-                                   d));
-    return d.error_count();
-  };
-  EXPECT_EQ(verify(p.nc), 0U);
-  std::string edited = p.nc;
-  edited.insert(edited.find('\n', edited.find("G41 D95 X")), " A30.5");
-  EXPECT_GT(verify(edited), 0U);
+  const nc::Controller c = test::shipped_controller("linuxcnc");
+  VerifyOptions options;
+  options.tolerance_mm = 0.01;
+  return post::verify({std::make_unique<test::TextOf>(cl), "part.cls", wear().cl},
+                      {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
 }
 
-// The register of the wear exchanged for that of the tool, in the program.
-TEST(Cutter, TheToolsOwnEntryIsNoWearOfIt) {
+TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
+  const std::string cl = contour_of("linuxcnc");
+  const auto p = test::posted(cl, test::shipped_machine("trunnion_offset"), wear());
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  Diagnostics right, wrong;
+  const auto report = judged(p.nc, cl, right);
+  EXPECT_TRUE(report && report->passed());
+  EXPECT_EQ(right.error_count(), 0U);
+  std::string edited = p.nc;
+  edited.insert(edited.find('\n', edited.find("G41 D95 X")), " A30.5");
+  static_cast<void>(judged(edited, cl, wrong));
+  EXPECT_GT(wrong.error_count(), 0U);
+}
+
+// Its whole diameter would count: in a program that was edited so, as its CL file, and of a tool that comes
+// later.
+TEST(Cutter, AnEntryOfAToolIsNoWear) {
   const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto says_so = [](const Result<VerifyReport>& report) {
+    if (!report || report->passed()) return false;
+    for (const Check& check : report->checks)
+      for (const auto& place : check.places)
+        if (place.what.find("half the diameter of that tool") != std::string::npos) return true;
+    return false;
+  };
   std::string cl = contour_of("linuxcnc");
   std::string nc = test::posted(cl, machine, wear()).nc;
   nc.replace(nc.find("G41 D95"), 7, "G41 D7");
   cl.replace(cl.find("ADJUST,95"), 9, "ADJUST,7");
-  const nc::Controller c = test::shipped_controller("linuxcnc");
   Diagnostics d;
-  VerifyOptions options;
-  options.tolerance_mm = 0.01;
-  cl::ReaderOptions reading;
-  reading.cutter_compensation = cl::ReaderOptions::CutterCompensation::wear;
-  const auto report = post::verify({std::make_unique<test::TextOf>(cl), "part.cls", reading},
-                                   {std::make_unique<test::TextOf>(nc), "part.nc"}, {machine, c, options}, d);
-  EXPECT_FALSE(report && report->passed());
+  EXPECT_TRUE(says_so(judged(nc, cl, d)));
+  std::string later = contour_of("linuxcnc");
+  later.replace(later.find("FINI"), 4, "LOADTL/95\nSPINDL/RPM,900,CLW\nGOTO/0,0,60,0,0,1\nGOTO/0,0,40\nFINI");
+  const auto p = test::posted(later, machine, wear());
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  EXPECT_FALSE(p.report->verification->passed());
+  EXPECT_TRUE(says_so(judged(p.nc, later, d)));
 }
 
 }  // namespace

@@ -8,24 +8,18 @@
 
 #include "trunnion/base/files.hpp"
 
+#include "support/folder_test.hpp"
 #include "support/folders.hpp"
 
 namespace trunnion::test {
 
 /// The program as a user runs it, in a folder of its own.
-class CommandTest : public testing::Test {
+class CommandTest : public FolderTest {
  protected:
   struct Outcome {
     int code = -1;
     std::string messages, output;
   };
-
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "trunnion_command_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string text(const std::string& name) const {
     return read_file((folder_ / name).string()).value_or("");
@@ -41,8 +35,6 @@ class CommandTest : public testing::Test {
     const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe): one thread
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("messages"), text("output")};
   }
-
-  std::filesystem::path folder_;
 };
 
 }  // namespace trunnion::test

@@ -379,12 +379,6 @@ void ProgramJudge::check_cut(const AskedState& asked, std::uint32_t nc_line) {
   }
   if (told_.cutter().side != asked.cutter.side || told_.cutter().number != asked.cutter.number)
     find_cutter(asked, nc_line);
-  else if (told_.cutter().side != nc::CutterSide::off && controller_.wear_register_is_tool &&
-           told_.cutter().number == told_.tool().value_or(1))
-    find(CheckOf::path, nc_line, [&] {
-      return "D" + std::to_string(told_.cutter().number) +
-             " is the tool in the spindle: the control adds half its diameter, not its wear";
-    });
   const auto& mode = told_.path_mode();
   const auto& wanted = controller_.default_path_mode;
   const auto& smoothing = options_.smoothing_mm;
@@ -433,6 +427,11 @@ void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
   const auto row = [&](CheckOf of) -> Check& { return checks_[static_cast<std::size_t>(of)]; };
   if (told_.cutter().side != nc::CutterSide::off)
     find(CheckOf::path, nc_line, [] { return std::string("the program ends with cutter compensation on"); });
+  for (const std::int64_t number : told_.wear_of_tools())
+    find(CheckOf::path, nc_line, [&] {
+      return "register " + std::to_string(number) + " is used for wear, and is the entry of tool " +
+             std::to_string(number) + ": the control adds half the diameter of that tool";
+    });
   for (; const AskedPause* pause = asked_.next_pause(); asked_.meet_pause()) {
     find(CheckOf::order, nc_line,
          [&] { return "the " + name_of(pause->kind) + " is missing" + cl_line(pause->line); });

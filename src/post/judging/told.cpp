@@ -6,6 +6,7 @@ void Told::take(const nc::Block& block) {
   if (const auto* offset = std::get_if<nc::WorkOffset>(&block)) work_offset_ = offset->index;
   if (const auto* call = std::get_if<nc::ToolCall>(&block)) {
     tool_ = call->tool;
+    tools_.insert(call->tool);
     spindle_ = {};
     spindle_is_open_ = false;
     // Whether the change of a tool ends the coolant is for the machine's builder to say.
@@ -38,7 +39,19 @@ void Told::take(const nc::Block& block) {
                    ? 0U
                    : coolant_.value_or(0U) | (1U << static_cast<unsigned>(coolant->kind));
   if (const auto* mode = std::get_if<nc::PathMode>(&block)) path_mode_ = *mode;
-  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) cutter_ = *cutter;
+  if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) {
+    cutter_ = *cutter;
+    if (cutter_.side != nc::CutterSide::off) wear_registers_.insert(cutter_.number);
+  }
+}
+
+std::vector<std::int64_t> Told::wear_of_tools() const {
+  std::vector<std::int64_t> out;
+  if (!controller_.wear_register_is_tool) return out;
+  constexpr std::int64_t kUsual = 1;  // of a program that loads no tool
+  for (const std::int64_t number : wear_registers_)
+    if (tools_.contains(number) || (tools_.empty() && number == kUsual)) out.push_back(number);
+  return out;
 }
 
 // Where it takes the place of length compensation the register of its words counts.

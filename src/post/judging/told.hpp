@@ -1,5 +1,7 @@
 #pragma once
 #include <optional>
+#include <set>
+#include <vector>
 
 #include "trunnion/nc/blocks.hpp"
 #include "trunnion/nc/controller.hpp"
@@ -26,6 +28,9 @@ class Told {
   const std::optional<unsigned>& coolant() const { return coolant_; }  // bit per kind
   const std::optional<nc::PathMode>& path_mode() const { return path_mode_; }
   const nc::CutterCompensation& cutter() const { return cutter_; }
+  /// Registers of wear so far that are entries of tools which the program loads, where the control takes the
+  /// diameter of an entry (Controller::wear_register_is_tool).
+  std::vector<std::int64_t> wear_of_tools() const;
 
  private:
   void take_tcp(const nc::TcpControl& control);
@@ -38,6 +43,7 @@ class Told {
   std::optional<unsigned> coolant_ = 0U;  // a program begins without
   std::optional<nc::PathMode> path_mode_;
   nc::CutterCompensation cutter_;
+  std::set<std::int64_t> tools_, wear_registers_;  // all of the program so far
 };
 
 }  // namespace trunnion::post
