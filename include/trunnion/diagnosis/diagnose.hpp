@@ -60,6 +60,8 @@ struct RankedEffect {
   std::optional<double> heldout_before_um, heldout_after_um, heldout_before_urad, heldout_after_urad;
   std::optional<double> detectable_um;  // RMS at the readings that these data would show with 95 % chance
   std::vector<Rival> rivals;
+  bool same_in_all =
+      false;  // in each of the sets that the data cannot tell apart, sure, with the same values
 
   /// A number of periods a turn, or a period, that these readings leave open: the last parameter's `also`.
   bool number_is_open() const { return !parameters.empty() && !parameters.back().also.empty(); }

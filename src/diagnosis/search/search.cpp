@@ -11,6 +11,7 @@
 #include "diagnosis/fit/float_products.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/fit/usual_size.hpp"
+#include "diagnosis/search/time_constants.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -30,7 +31,14 @@ constexpr double kWorthwhile = 9.2;
 // readings hardly see what the larger one has more.
 constexpr double kUndecidedNested = 4.6;
 constexpr double kSameSignal = 0.999;  // cosine from which two effects give the same signal
-constexpr double kSuffices = 0.005;    // p-value above which what the larger one has more is not missed
+// What is left of the further directions of a larger effect beside a smaller one and the rest of its set:
+// where it is less, that they are not needed is not seen, since the rest gives way.
+constexpr double kSeenBeside = 0.3;
+// Chi-square by which a set may come nearer once all its time constants are refitted: each was found beside
+// the members that were there then. At least, and as a part of what the set explains.
+constexpr double kLagsOpen = 60.0, kLagsOpenPart = 0.005;
+constexpr std::size_t kMostRefitted = 16;  // sets, each time
+constexpr double kSuffices = 0.005;        // p-value above which what the larger one has more is not missed
 // That something is missing is sure already: of a rival the evidence decides, not whether it would have been
 // found alone.
 constexpr double kRivalLevel = 0.05;
@@ -51,6 +59,17 @@ Families families(const std::vector<Atom>& members) {
   Families out;
   for (const Atom& atom : members) out.insert(atom.family);
   return out;
+}
+
+std::multiset<std::pair<std::size_t, std::size_t>> variants(const std::vector<Atom>& members) {
+  std::multiset<std::pair<std::size_t, std::size_t>> out;
+  for (const Atom& atom : members) out.emplace(atom.family, atom.variant);
+  return out;
+}
+
+bool any_lag(const Atoms& atoms, const EffectSet& set) {
+  return std::any_of(set.members.begin(), set.members.end(),
+                     [&](const Atom& atom) { return has_lag(atoms.effect(atom).info()); });
 }
 
 bool has_family(const EffectSet& set, std::size_t family) {
@@ -297,9 +316,9 @@ EffectSet Search::evaluated(std::vector<Atom> members) const {
 }
 
 const EffectSet* Search::seen(const std::vector<Atom>& members) const {
-  const auto key = families(members);
+  const auto key = variants(members);
   for (const EffectSet& set : tried_)
-    if (families(set.members) == key) return &set;
+    if (variants(set.members) == key) return &set;
   return nullptr;
 }
 
@@ -317,7 +336,10 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
     if (next.size() >= keep || value > kWorthwhile) break;
     std::vector<Atom> members = from.members;
     members.push_back(*best[f].atom);
-    if (families(members).count(f) > 1 || seen(members) != nullptr) continue;
+    if (families(members).count(f) > 1) continue;
+    // With another time constant, found beside other members, it may have been far from its best.
+    const EffectSet* known = seen(members);
+    if (known != nullptr && (known->refitted || !any_lag(atoms_, *known))) continue;
     next.push_back(std::move(members));
   }
   std::vector<EffectSet> sets(next.size());
@@ -326,7 +348,7 @@ void Search::expand(const EffectSet& from, std::size_t keep) {
     added = known_shape(atoms_.refined(added, from.remainder), from.remainder);
     sets[i] = evaluate(std::move(next[i]));
   });
-  for (EffectSet& set : sets) tried_.push_back(std::move(set));
+  for (EffectSet& set : sets) remember(std::move(set));
 }
 
 // A period next to a known one (the screw's pitch and its parts) is that one.
@@ -361,9 +383,72 @@ EffectSet Search::best() {
   // One step adds one effect, so two that stand for one are never reached.
   for (EffectSet& set : with_pairs(out))
     if (seen(set.members) == nullptr) tried_.push_back(std::move(set));
-  out = least_of_tried();
+  out = best_refitted();
   complete(out);
   return out;
+}
+
+EffectSet Search::refitted(EffectSet set) const {
+  if (!set.refitted && set.members.size() > 1 && any_lag(atoms_, set))
+    set = evaluate(with_best_lags(atoms_, std::move(set.members), noise_.variance));
+  set.refitted = true;
+  return set;
+}
+
+void Search::refit_near(double criterion) {
+  const double explained = (atoms_.base().white.squaredNorm() - least_of_tried().rss) / noise_.variance;
+  const double within = criterion + std::max(kLagsOpen, kLagsOpenPart * explained);
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < tried_.size(); ++k)
+    if (!tried_[k].refitted && tried_[k].criterion < within && tried_[k].members.size() > 1 &&
+        any_lag(atoms_, tried_[k]))
+      order.push_back(k);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return tried_[a].criterion < tried_[b].criterion; });
+  if (order.size() > kMostRefitted) order.resize(kMostRefitted);
+  oneapi::tbb::parallel_for(std::size_t{0}, order.size(),
+                            [&](std::size_t i) { tried_[order[i]] = refitted(std::move(tried_[order[i]])); });
+}
+
+// Of the same effects in other variants the better one: beside other members another sensor may have been the
+// one that suited.
+void Search::remember(EffectSet set) {
+  const auto key = families(set.members);
+  const auto same = std::find_if(tried_.begin(), tried_.end(),
+                                 [&](const EffectSet& other) { return families(other.members) == key; });
+  if (same == tried_.end()) {
+    tried_.push_back(std::move(set));
+    return;
+  }
+  if (variants(set.members) != variants(same->members)) {
+    set = refitted(std::move(set));
+    *same = refitted(std::move(*same));
+  }
+  if (set.criterion < same->criterion) *same = std::move(set);
+}
+
+EffectSet Search::best_refitted() {
+  if (!any_lag(atoms_, least_of_tried())) return least_of_tried();
+  refit_near(least_of_tried().criterion);
+  // A member that made up for time constants that were not the best ones is not needed beside those that are.
+  // On the way to the set without all of them none may be significant.
+  EffectSet now = refitted(least_of_tried());
+  remember(now);
+  for (bool fewer = true; fewer && now.members.size() > 1;) {
+    fewer = false;
+    const EffectSet from = now;
+    for (std::size_t k = 0; k < from.members.size(); ++k) {
+      std::vector<Atom> rest = from.members;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      EffectSet smaller = refitted(evaluate(std::move(rest)));
+      remember(smaller);
+      if (smaller.criterion < now.criterion) {
+        now = std::move(smaller);
+        fewer = true;
+      }
+    }
+  }
+  return least_of_tried();
 }
 
 const EffectSet& Search::least_of_tried() const {
@@ -494,6 +579,16 @@ bool Search::exchange_members(const EffectSet& set, std::set<Families>& looked) 
   return any;
 }
 
+// Whether the rest of its set leaves the readings to say that the larger effect is the smaller one.
+bool Search::more_is_seen(const EffectSet& set, const Atom& larger, const Atom& smaller) const {
+  std::vector<const Atom*> beside = {&smaller};
+  for (const Atom& atom : set.members)
+    if (atom.family != larger.family && atom.family != smaller.family) beside.push_back(&atom);
+  MatrixXd more = larger.U().cast<double>();
+  take_out(atoms_.remainder(beside).basis, more);
+  return thin_svd(more).s[0] > kSeenBeside;
+}
+
 std::vector<EffectSet> Search::rivals(EffectSet& found) {
   std::vector<EffectSet> out;
   bool swapped = true;
@@ -524,7 +619,7 @@ std::vector<EffectSet> Search::rivals(EffectSet& found) {
             }
             break;
           }
-          nested = nested || contains(other, own);
+          nested = nested || (contains(other, own) && more_is_seen(set, other, own));
         }
       if (swapped) break;
       const double margin = nested ? kUndecidedNested : kThousandToOne;
@@ -541,7 +636,17 @@ std::vector<EffectSet> Search::alternatives(EffectSet& found) {
   // smaller one, and of rivals, too: what stands for one member may need another one beside it.
   std::set<Families> looked;
   std::vector<EffectSet> out;
-  for (bool more = exchange_members(found, looked); more;) {
+  if (any_lag(atoms_, found)) {
+    // Which of two sets that nearly do the same is the nearer is not known before both are refitted.
+    exchange_members(found, looked);
+    refit_near(found.criterion);
+    if (const EffectSet& best = least_of_tried(); best.criterion < found.criterion) {
+      found = EffectSet(best);
+      complete(found);
+    }
+  }
+  for (bool more = exchange_members(found, looked) || !looked.empty(); more;) {
+    refit_near(found.criterion);
     out = rivals(found);
     more = exchange_members(found, looked);
     for (const EffectSet& rival : out)

@@ -16,6 +16,7 @@ struct EffectSet {
   double rss = 0.0;        // what the set leaves of the base's
   Remainder remainder;     // of those that are extended or reported
   double criterion = 0.0;  // -2 ln evidence, up to a constant: smaller is better
+  bool refitted = false;   // the time constants of all members together
 
   std::vector<std::string> ids(const Atoms& atoms) const;
   bool significant(double alpha) const;
@@ -68,6 +69,14 @@ class Search {
   void add_twins(const EffectSet& found, std::vector<EffectSet>& out) const;
   const EffectSet& least_of_tried() const;
   EffectSet without_needless(EffectSet set) const;
+  /// With the time constants that fit best, all of them moved together.
+  EffectSet refitted(EffectSet set) const;
+  /// Refits those that were tried and may come as near as a set with this criterion.
+  void refit_near(double criterion);
+  /// The best of those that were tried, refitted, without members that it does better without.
+  EffectSet best_refitted();
+  void remember(EffectSet set);
+  bool more_is_seen(const EffectSet& set, const Atom& larger, const Atom& smaller) const;
   std::vector<EffectSet> with_pairs(const EffectSet& found) const;
   void add_pairs(const EffectSet& found, std::vector<EffectSet>& out) const;
   void complete(EffectSet& set) const;

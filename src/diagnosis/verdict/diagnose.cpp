@@ -43,8 +43,11 @@ constexpr double kShareOfLevel = 0.25;
 constexpr double kAmongSets =
     0.96;  // that the truth is among sets that hold all within an evidence ratio of 100
 constexpr double kOfConvention = 0.97, kOfHarm = 0.9, kOfRounding = 0.95, kOfUneven = 0.9;
-constexpr double kPartInstead = 20.0;    // in -2 ln: that a part of a range does better than what was named
-constexpr double kBesideAFormula = 0.9;  // of effects beside which a formula does what others did
+constexpr double kPartInstead = 20.0;  // in -2 ln: that a part of a range does better than what was named
+constexpr double kNoiseBeside = 1.1;   // chi-square per degree of freedom beside a formula
+// Of effects that were named: p of what they leave below which a formula is sought all the same.
+constexpr double kUneasyRest = 0.05;
+constexpr double kBesideAFormula = 0.9;        // of effects beside which a formula does what others did
 constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
@@ -55,6 +58,8 @@ constexpr double kHardlyNoise = 0.05;  // p of what is left
 // Of effects among those found beside which the others may be of second order: their share of what all do,
 // and how far above the noise (chi-square): a hundredth of their size is then above it, too.
 constexpr double kShareOfLarge = 0.99, kFarAboveNoise = 1e5;
+constexpr double kFewDof = 60.0;       // below, scatter and its correlation are not told from what is missing
+constexpr double kReadingsEach = 3.0;  // degrees of freedom for each parameter
 constexpr double kClearlyLess = 10.0;  // chi-square
 
 struct Outcome {
@@ -296,11 +301,20 @@ class Engine {
     NoiseScale stated;
     stated.dof = kStatedDof;
     Beside by_statement = by(stated);
+    // Of few readings beside a base that misfits the correlation is that of what is missing.
+    if (atoms.base().dof() < kFewDof && !by_statement.set.members.empty() &&
+        as_stated(by_statement.judged.noise) && leaves_noise(by_statement.set, atoms.base().dof()))
+      return by_statement;
     const auto cost = [&](const Beside& b) {
       return surprise(b.judged.noise, atoms.base().dof()) +
              2.0 * std::log(multiplicity_.families) * static_cast<double>(b.set.members.size());
     };
     return cost(by_statement) + kAsSimple < cost(by_scatter) ? by_statement : by_scatter;
+  }
+  // By itself, and with few enough parameters that scatter alone could not be followed so far.
+  static bool leaves_noise(const EffectSet& set, double dof) {
+    const auto columns = static_cast<double>(set.columns());
+    return kReadingsEach * columns <= dof && set.rss <= kHighChi2 * (dof - columns);
   }
   static bool as_stated(const NoiseScale& noise) {
     return noise.phi == 0.0 && noise.raw_variance <= kHighChi2;
@@ -363,6 +377,7 @@ class Engine {
     d.ranking = ranking(atoms, *search_, noise_, x.found, level());
     const std::vector<EffectSet> other_numbers = find_numbers(d, atoms, x.found);
     decide(d, atoms, x);
+    find_agreed(d, atoms, x);
     d.rows.problems = row_problems(*whole_);
     std::optional<FitCore> whole;
     if (!d.effects.empty()) whole = refit(d, atoms, x.found);
@@ -472,6 +487,36 @@ class Engine {
       if (!numbers.empty()) d.ranking[m].parameters.back().also = std::move(numbers);
     }
     return out;
+  }
+
+  // Which members of what was found are sure in each of the sets, and do the same to the readings there.
+  void find_agreed(Diagnosis& d, const Atoms& atoms, const Outcome& x) const {
+    constexpr double kAlike = 0.1;    // of what it does to the readings
+    constexpr double kSure = 1e-6;    // its p-value beside the others
+    constexpr double kEvident = 0.1;  // share of chi-square that the set takes and it takes alone
+    if (x.rivals.empty()) return;
+    const auto does = [&](const EffectSet& set, std::size_t family, std::size_t variant) {
+      const auto own = std::find_if(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+        return atom.family == family && atom.variant == variant;
+      });
+      if (own == set.members.end()) return VectorXd();
+      const auto m = static_cast<std::size_t>(own - set.members.begin());
+      const bool evident = set.drop[m] * noise_.variance > kEvident * (base_rss(atoms) - set.rss);
+      if (!(set.p[m] < kSure) || !evident) return VectorXd();
+      const std::vector<double> values = estimate(atoms, set.members).values[m];
+      const VectorXd linear =
+          Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+      return VectorXd(own->U().cast<double>() * (own->to_columns * linear));
+    };
+    for (std::size_t m = 0; m < x.found.members.size() && m < d.ranking.size(); ++m) {
+      const Atom& atom = x.found.members[m];
+      const VectorXd here = does(x.found, atom.family, atom.variant);
+      d.ranking[m].same_in_all =
+          here.size() > 0 && std::all_of(x.rivals.begin(), x.rivals.end(), [&](const EffectSet& set) {
+            const VectorXd there = does(set, atom.family, atom.variant);
+            return there.size() > 0 && (there - here).norm() < kAlike * here.norm();
+          });
+    }
   }
 
   // Rounding is the same wherever a position is measured again, and looks like structure: where no more than
@@ -720,17 +765,26 @@ bool is_rather_a_function(const Machine& machine, const Dataset& data, const std
   return formula && kNearer * formula->chi2_after * said.dof < said.chi2_after * formula->dof_after;
 }
 
+bool in_each(const std::vector<std::vector<std::string>>& sets, const std::string& id) {
+  return std::all_of(sets.begin(), sets.end(), [&](const std::vector<std::string>& set) {
+    return std::find(set.begin(), set.end(), id) != set.end();
+  });
+}
+
 // Effects that did a part of what the formula does are not missing. Where sets could not be told apart, none
-// is taken away: what the others of a set stand for is open.
+// is taken away, since what the others of a set stand for is open; unless the formula leaves only noise
+// beside what is in each of them.
 void name_fewer(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
                 Diagnosis& d) {
-  if (d.additions.size() < 2 || d.sets.size() > 1 ||
-      (!left_out.empty() && left_out.size() != data.readings.size()))
-    return;
+  if (d.additions.size() < 2 || (!left_out.empty() && left_out.size() != data.readings.size())) return;
+  const bool one_set = d.sets.size() < 2;
   const Observations o(machine, data);
   std::vector<ModelEffect> needed =
       needed_beside(o, d.base.model, d.additions, d.formula->alone.effects, left_out);
   if (needed.empty() || needed.size() == d.additions.size()) return;
+  if (!one_set && !std::all_of(needed.begin(), needed.end(),
+                               [&](const ModelEffect& effect) { return in_each(d.sets, effect.id()); }))
+    return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), needed.begin(), needed.end());
   auto again = propose_formula(machine, data, known, left_out);
@@ -738,6 +792,7 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
   const double pays = std::log(static_cast<double>(data.readings.size())) *
                       (parameters_of(d.additions) - parameters_of(needed));
   if (!again || again->chi2_after > d.formula->chi2_after + pays + kThousandToOne) return;
+  if (!one_set && again->chi2_after > kNoiseBeside * again->dof_after) return;
   const std::vector<std::string> before = std::exchange(d.effects, {});
   const auto first = static_cast<std::ptrdiff_t>(d.base.model.effects.size());
   known.effects.insert(known.effects.end(), again->alone.effects.begin(), again->alone.effects.end());
@@ -752,6 +807,21 @@ void name_fewer(const Machine& machine, const Dataset& data, const std::vector<b
   d.formula = std::move(again);
   d.confidence = std::min(d.confidence, kBesideAFormula);
   d.paragraph = fewer_text(d);
+}
+
+// Effects were named beside which the rest passed for noise, but is more than that: one of them may follow a
+// part of an error that the library lacks.
+bool leaves_more_than_noise(const Machine& machine, const Dataset& data, const std::vector<bool>& left_out,
+                            const Diagnosis& d) {
+  const bool sets = d.verdict == Verdict::ambiguous && d.sets.size() > 1 && !d.formula;
+  if ((d.verdict != Verdict::named && !sets) || d.additions.size() < 2 ||
+      (!left_out.empty() && left_out.size() != data.readings.size()))
+    return false;
+  const Observations o(machine, data);
+  Model known = d.base.model;
+  known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
+  const FitCore core = fit_core(o, known, {.robust = false}, left_out);
+  return chi2_tail(core.chi2(), core.dof()) < kUneasyRest;
 }
 
 // What follows the errors that the named effects leave, or all of them where none is named.
@@ -776,7 +846,8 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       return;
     }
   }
-  if (!none && d.verdict != Verdict::named_but_incomplete) return;
+  const bool uneasy = leaves_more_than_noise(machine, data, left_out, d);
+  if (!none && !uneasy && d.verdict != Verdict::named_but_incomplete) return;
   Model known = d.base.model;
   known.effects.insert(known.effects.end(), d.additions.begin(), d.additions.end());
   d.formula = propose_formula(machine, data, known, left_out);
@@ -787,6 +858,15 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       nothing_but(d, *alone);
     else
       name_fewer(machine, data, left_out, d);
+  }
+  if (uneasy && (d.verdict == Verdict::named || d.verdict == Verdict::ambiguous)) {
+    // Where each effect is needed the formula follows what chance makes of the noise.
+    if (d.imitators.empty()) {
+      d.formula.reset();
+      return;
+    }
+    d.verdict = Verdict::named_but_incomplete;
+    d.next.reset();  // was to tell sets apart
   }
   d.paragraph += formula_text(*d.formula);
 }

@@ -90,8 +90,8 @@ bool number_is_open(const Diagnosis& d, const std::string& id) {
 }
 
 // Of explanations that cannot be told apart, the effect that is in each of them and alone takes most of what
-// held-out runs are off by: what is open is the rest. None that has variants: a set does not say which; none
-// that something which no column records may be.
+// held-out runs are off by, or is sure in each with the same values: what is open is the rest. None that has
+// variants: a set does not say which; none that something which no column records may be.
 std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
   if (d.verdict != Verdict::ambiguous || !d.bookkeeping.empty() || d.sets.size() < 2) return std::nullopt;
   for (const ModelEffect& effect : d.additions) {
@@ -105,7 +105,7 @@ std::optional<ModelEffect> common_to_all(const Diagnosis& d) {
       continue;
     const auto r = std::find_if(d.ranking.begin(), d.ranking.end(),
                                 [&](const RankedEffect& ranked) { return ranked.id == info.id; });
-    if (r != d.ranking.end() && takes_most_of_heldout(*r)) return effect;
+    if (r != d.ranking.end() && (r->same_in_all || takes_most_of_heldout(*r))) return effect;
   }
   return std::nullopt;
 }

@@ -6,12 +6,17 @@
 #include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/search/time_constants.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
 constexpr double kGoodEnough = 0.01;  // chance of a wrong name that needs no further run
+constexpr double kStaysOpen = 0.05;   // from which on it is said what no run decides
+constexpr double kSameLag = 1.15;     // quotient of two time constants below which they are one
+// Share of a signal below which nothing of it is left: rounding of products of columns.
+constexpr double kHeld = 1e-6;
 
 // Columns of base and of all effects in question on some readings, as their Gram matrix (whitened, set-ups
 // out).
@@ -20,7 +25,6 @@ class Design {
   Design(const Atoms& atoms, const EffectSet& found, const std::vector<EffectSet>& rivals) : atoms_(atoms) {
     const auto add = [&](const EffectSet& set) {
       const SetEstimate e = estimate(atoms, set.members);
-      VectorXd f = VectorXd::Zero(0);
       Set out;
       for (std::size_t m = 0; m < set.members.size(); ++m) {
         members_.push_back(set.members[m]);
@@ -40,6 +44,7 @@ class Design {
       at += set.width;
     }
     width_ = at;
+    add_lags(found, rivals);
   }
 
   MatrixXd gram(const Observations& o, const Whitening& whitening) const {
@@ -52,38 +57,85 @@ class Design {
         if (effect.parameters[k].fixed) columns.col(at + static_cast<Eigen::Index>(k)).setZero();
       at += block.cols();
     }
-    for (const Atom& atom : members_) {
+    const auto add = [&](const Atom& atom) {
       const MatrixXd block = o.linear_columns(atoms_.effect(atom), atom.shape);
       columns.middleCols(at, block.cols()) = block;
       at += block.cols();
-    }
+    };
+    for (const Atom& atom : members_) add(atom);
+    for (const Lagged& lagged : lagged_)
+      for (const double tau : lagged.tau) {
+        Atom atom = lagged.atom;
+        atom.shape = {tau};
+        add(atom);
+      }
     whitening.apply(columns);
     return columns.transpose() * columns;
   }
 
   // Chance of a wrong name: each rival's by its squared distance from what was found, the smaller of both
-  // ways round (the chi-square that tells them apart); together by their odds. Not the nearest rival's alone:
-  // a run that tells apart all but one is worth its time. No run takes what was found out of the span of a
-  // rival that holds it in general: of a planned one (`planned`) it counts how well it shows what that rival
-  // has more.
-  double wrong_name(const MatrixXd& gram, double variance, bool planned) const {
-    constexpr double kHeld = 1e-6;  // share of a signal that the other one leaves when its span holds it
+  // ways round (the chi-square that tells them apart), each free to take its best values; together by their
+  // odds. Not the nearest rival's alone: a run that tells apart all but one is worth its time. Where one
+  // holds all that the other does, wherever the machine stands, no run takes it out again: what it could have
+  // more is no promise, since its values are noise about 0 where the smaller one is the truth.
+  double wrong_name(const MatrixXd& gram, double variance) const {
     double odds = 0.0;
     for (std::size_t r = 1; r < sets_.size(); ++r) {
-      const double one = distance(gram, sets_[0], sets_[r]), other = distance(gram, sets_[r], sets_[0]);
-      const bool is_held = planned && one < kHeld * signal(gram, sets_[0]);
-      const double apart = is_held ? other : std::min(one, other);
-      const double p = normal_cdf(-0.5 * std::sqrt(apart / variance));
+      const double p = normal_cdf(-0.5 * std::sqrt(apart(gram, r) / variance));
       odds += p / (1.0 - p);
     }
     return odds / (1.0 + odds);
+  }
+  // Rivals, counted from 0, of which one holds the other on these readings.
+  std::vector<std::size_t> one_with_found(const MatrixXd& gram) const {
+    std::vector<std::size_t> out;
+    for (std::size_t r = 1; r < sets_.size(); ++r)
+      if (apart(gram, r) <= 0.0) out.push_back(r - 1);
+    return out;
   }
 
  private:
   struct Set {
     Eigen::Index begin = 0, width = 0;
     std::vector<double> values;
+    std::vector<Eigen::Index> more;  // columns of its members with other time constants
   };
+  // A member with a lag: refitted, it takes the time constants of the others.
+  struct Lagged {
+    Atom atom;
+    std::vector<double> tau;
+  };
+
+  void add_lags(const EffectSet& found, const std::vector<EffectSet>& rivals) {
+    std::vector<double> all;
+    for (const Atom& atom : members_) {
+      if (!has_lag(atoms_.effect(atom).info())) continue;
+      const double tau = atom.shape.front();
+      const auto same = [&](double other) { return std::max(tau / other, other / tau) < kSameLag; };
+      if (std::none_of(all.begin(), all.end(), same)) all.push_back(tau);
+      const bool known = std::any_of(lagged_.begin(), lagged_.end(), [&](const Lagged& other) {
+        return other.atom.family == atom.family && other.atom.variant == atom.variant;
+      });
+      if (!known) lagged_.push_back({atom, {}});
+    }
+    for (Lagged& lagged : lagged_) {
+      lagged.tau = all;
+      const auto count =
+          static_cast<Eigen::Index>(atoms_.effect(lagged.atom).info().linear_count() * lagged.tau.size());
+      for (std::size_t s = 0; s < sets_.size(); ++s) {
+        const EffectSet& set = s == 0 ? found : rivals[s - 1];
+        const bool has = std::any_of(set.members.begin(), set.members.end(), [&](const Atom& atom) {
+          return atom.family == lagged.atom.family && atom.variant == lagged.atom.variant;
+        });
+        for (Eigen::Index k = 0; has && k < count; ++k) sets_[s].more.push_back(width_ + k);
+      }
+      width_ += count;
+    }
+  }
+
+  double apart(const MatrixXd& gram, std::size_t rival) const {
+    return std::min(distance(gram, sets_[0], sets_[rival]), distance(gram, sets_[rival], sets_[0]));
+  }
   static double signal(const MatrixXd& gram, const Set& set) {
     const VectorXd f = Eigen::Map<const VectorXd>(set.values.data(), set.width);
     return f.dot(gram.block(set.begin, set.begin, set.width, set.width) * f);
@@ -93,6 +145,7 @@ class Design {
     std::vector<Eigen::Index> index;
     for (Eigen::Index k = 0; k < base_width_; ++k) index.push_back(k);
     for (Eigen::Index k = 0; k < other.width; ++k) index.push_back(other.begin + k);
+    index.insert(index.end(), other.more.begin(), other.more.end());
     const VectorXd f = Eigen::Map<const VectorXd>(truth.values.data(), truth.width);
     const auto n = static_cast<Eigen::Index>(index.size());
     MatrixXd a(n, n);
@@ -109,12 +162,13 @@ class Design {
     double explained = 0.0;
     for (Eigen::Index k = 0; k < n; ++k)
       if (eigen.values[k] > 1e-10) explained += along[k] * along[k] / eigen.values[k];
-    return std::max(0.0, total - explained);
+    return total - explained > kHeld * total ? total - explained : 0.0;
   }
 
   const Atoms& atoms_;
   std::vector<Atom> members_;
   std::vector<Set> sets_;
+  std::vector<Lagged> lagged_;
   Eigen::Index base_width_ = 0, width_ = 0;
 };
 
@@ -147,7 +201,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
   const bool free_setup = atoms.base().model.setup_translation == SetupTranslation::free;
   const Design design(atoms, found, rivals);
   const MatrixXd old = design.gram(o, *atoms.base().whitening);
-  out.wrong_before = design.wrong_name(old, noise.variance, false);
+  out.wrong_before = design.wrong_name(old, noise.variance);
   MatrixXd sum = old;
   double chance = out.wrong_before;
   for (int step = 0; step < 2 && chance > kGoodEnough; ++step) {
@@ -162,7 +216,7 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
       const Observations planned(o.machine(), *data);
       const Whitening whitening(planned, stated_noise(planned, 0.0, 0.0), free_setup);
       const MatrixXd gram = design.gram(planned, whitening);
-      const double after = design.wrong_name(sum + gram, noise.variance, true);
+      const double after = design.wrong_name(sum + gram, noise.variance);
       // Good enough: the shortest; else the surest, a little in favour of the shorter.
       const double value = after <= kGoodEnough ? run.minutes * 1e-6 : after * (1.0 + run.minutes * 1e-4);
       if (value < best_value) best_value = value, best = run, best_chance = after, best_gram = gram;
@@ -181,6 +235,12 @@ std::optional<NextMeasurement> next_measurement(const Atoms& atoms, const Effect
   out.why += ", " + short_number(out.minutes) + " min: probability of naming a wrong effect " +
              short_number(100.0 * out.wrong_before) + " % -> " + short_number(100.0 * out.wrong_after) +
              " %.";
+  if (out.wrong_after > kStaysOpen) {
+    std::vector<std::vector<std::string>> open = {found.ids(atoms)};
+    for (const std::size_t r : design.one_with_found(sum))
+      if (auto ids = rivals[r].ids(atoms); ids != open.front()) open.push_back(std::move(ids));
+    if (open.size() > 1) out.why += " " + not_told_apart_text(open);
+  }
   return out;
 }
 

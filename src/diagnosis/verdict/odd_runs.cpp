@@ -3,24 +3,41 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kTried = 3;            // the runs that misfit most, in each of two ways
-constexpr double kMisfits = 1.25;            // chi-square per reading of a run that does
-constexpr double kOfOddRun = 0.9;            // confidence in what the others show
+constexpr std::size_t kTried = 3;     // the runs that misfit most, in each of two ways
+constexpr double kMisfits = 1.25;     // chi-square per reading of a run that does
+constexpr double kOfOddRun = 0.9;     // confidence in what the others show
+constexpr double kStoodStill = 1e-6;  // mm, rad
+constexpr double kFasterThan = 1.5;   // quotient of speeds that are another one
+constexpr double kFurther_K = 1.0;    // beyond the temperatures of the others, and as much as they span
+constexpr double kExplained = 1.1;    // chi-square per degree of freedom
+constexpr double kNoiseLevel = 0.01;  // its p, where readings are few
+constexpr double kOfOneRun = 0.5;     // of what a formula takes away: most of it
 constexpr double kMostReadingsByRun = 5000;  // beyond, runs are many and one says little
+
+std::vector<double> chi2_by_run(const Observations& o, const Model& model) {
+  const FitCore core = fit_core(o, model, {.robust = false});
+  std::vector<double> out;
+  for (const auto& rows : o.runs()) {
+    double chi2 = 0.0;
+    for (const Eigen::Index i : rows) chi2 += std::pow(core.white[i], 2);
+    out.push_back(chi2);
+  }
+  return out;
+}
 
 // The runs that the model and what was found beside it explain worst, each as a whole and a reading: effects
 // that follow a wrong run leave less of it in its few readings than they do wrong in many of others.
 std::vector<std::size_t> worst_runs(const Observations& o, const Model& model) {
-  const FitCore core = fit_core(o, model, {.robust = false});
+  const std::vector<double> chi2_of = chi2_by_run(o, model);
   std::vector<std::pair<double, std::size_t>> whole, a_reading;
   for (std::size_t run = 0; run < o.runs().size(); ++run) {
-    double chi2 = 0.0;
-    for (const Eigen::Index i : o.runs()[run]) chi2 += std::pow(core.white[i], 2);
+    const double chi2 = chi2_of[run];
     const auto count = static_cast<double>(o.runs()[run].size());
     if (!(chi2 > kMisfits * count)) continue;
     whole.emplace_back(count - chi2, run);
@@ -93,6 +110,101 @@ std::vector<ModelEffect> common(const std::vector<Shown>& all) {
   return out;
 }
 
+// What a run does with the machine, of which errors may come that only it shows.
+struct Doings {
+  std::vector<bool> moves, turns_round;  // of each axis
+  std::vector<double> speed;             // the highest, of each axis
+  std::vector<std::vector<bool>> along;  // two linear axes at once
+  std::vector<double> coldest, warmest;  // of each sensor
+  double rpm = 0.0;
+};
+
+Doings doings(const Observations& o, std::size_t run) {
+  const std::size_t axes = o.machine().axes.size();
+  const std::size_t sensors = o.data().context.names.temperatures.size();
+  Doings out{std::vector<bool>(axes),
+             std::vector<bool>(axes),
+             std::vector<double>(axes),
+             std::vector<std::vector<bool>>(axes, std::vector<bool>(axes)),
+             std::vector<double>(sensors, INFINITY),
+             std::vector<double>(sensors, -INFINITY)};
+  const auto& rows = o.runs()[run];
+  if (rows.empty()) return out;
+  const MachineState& first = o.state(rows.front());
+  std::vector<bool> forth(axes), back(axes);
+  for (const Eigen::Index i : rows) {
+    const MachineState& s = o.state(i);
+    for (std::size_t a = 0; a < axes; ++a) {
+      if (std::abs(s.q[a] - first.q[a]) > kStoodStill) out.moves[a] = true;
+      if (s.direction[a] > 0) forth[a] = true;
+      if (s.direction[a] < 0) back[a] = true;
+      out.speed[a] = std::max(out.speed[a], std::abs(s.velocity[a]));
+      for (std::size_t b = 0; b < a; ++b)
+        if (s.velocity[a] != 0.0 && s.velocity[b] != 0.0) out.along[a][b] = true;
+    }
+    for (std::size_t t = 0; t < sensors; ++t) {
+      out.coldest[t] = std::min(out.coldest[t], s.temperature(t));
+      out.warmest[t] = std::max(out.warmest[t], s.temperature(t));
+    }
+    out.rpm = std::max(out.rpm, std::abs(s.spindle_rpm));
+  }
+  for (std::size_t a = 0; a < axes; ++a) out.turns_round[a] = out.moves[a] && forth[a] && back[a];
+  return out;
+}
+
+// What this run does and no other: an error of that kind is shown by it alone, however rightly it was
+// measured.
+std::vector<std::string> only_in(const Observations& o, std::size_t run) {
+  const Doings own = doings(o, run);
+  std::vector<Doings> others;
+  for (std::size_t r = 0; r < o.runs().size(); ++r)
+    if (r != run && !o.runs()[r].empty()) others.push_back(doings(o, r));
+  const auto none = [&](const auto& does) { return std::none_of(others.begin(), others.end(), does); };
+  std::vector<std::string> out;
+  for (std::size_t a = 0; a < own.moves.size(); ++a) {
+    const std::string& name = o.machine().axes[a].name;
+    if (own.moves[a] && none([&](const Doings& d) { return d.moves[a]; }))
+      out.push_back("moves " + name);
+    else if (own.turns_round[a] && none([&](const Doings& d) { return d.turns_round[a]; }))
+      out.push_back("turns " + name + " round");
+    else if (own.speed[a] > 0.0 &&
+             none([&](const Doings& d) { return d.speed[a] * kFasterThan > own.speed[a]; }))
+      out.push_back("moves " + name + " as fast");
+    for (std::size_t b = 0; b < a; ++b)
+      if (own.along[a][b] && none([&](const Doings& d) { return d.along[a][b]; }))
+        out.push_back("moves " + o.machine().axes[b].name + " and " + name + " at once");
+  }
+  if (own.rpm > 0.0 && none([&](const Doings& d) { return d.rpm * kFasterThan > own.rpm; }))
+    out.emplace_back(none([](const Doings& d) { return d.rpm > 0.0; }) ? "turns the spindle"
+                                                                       : "turns the spindle as fast");
+  for (std::size_t t = 0; t < own.warmest.size(); ++t) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Doings& d : others) low = std::min(low, d.coldest[t]), high = std::max(high, d.warmest[t]);
+    const std::string& sensor = o.data().context.names.temperatures[t];
+    const double further = std::max(kFurther_K, high - low);
+    if (own.warmest[t] - high > further) out.push_back("is as warm at sensor '" + sensor + "'");
+    if (low - own.coldest[t] > further) out.push_back("is as cold at sensor '" + sensor + "'");
+  }
+  return out;
+}
+
+// A formula that leaves nothing but noise explains every run. One that does something in a single run only,
+// between two places that only this run visits, is no more than another name for that run.
+bool formula_explains(const Observations& o, const Model& named, const ProposedFormula& formula) {
+  if (!(formula.dof_after > 0.0)) return false;
+  if (formula.chi2_after >= kExplained * formula.dof_after &&
+      chi2_tail(formula.chi2_after, formula.dof_after) <= kNoiseLevel)
+    return false;
+  const std::vector<double> before = chi2_by_run(o, named);
+  const std::vector<double> after = chi2_by_run(o, with(named, formula.alone.effects));
+  double all = 0.0, most = 0.0;
+  for (std::size_t run = 0; run < before.size(); ++run) {
+    all += before[run] - after[run];
+    most = std::max(most, before[run] - after[run]);
+  }
+  return most < kOfOneRun * all;
+}
+
 }  // namespace
 
 void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d, const EffectSearch& search) {
@@ -100,6 +212,7 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
   if ((!named && d.verdict != Verdict::not_in_library) || whole.runs().size() < 3 ||
       static_cast<double>(whole.size()) > kMostReadingsByRun)
     return;
+  if (d.formula && formula_explains(whole, with(model, d.additions), *d.formula)) return;
   const Dataset& data = whole.data();
   if (named && shown(whole.machine(), data, with(model, d.additions), search)) return;
   std::vector<std::size_t> runs;
@@ -116,9 +229,17 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
     others.push_back(std::move(*rest));
   }
   if (runs.empty()) return;
-  for (const std::size_t run : runs) d.rows.odd_runs.push_back(data.context.runs[run].id);
+  // Of several runs that may be the odd one each shows what the others do.
+  const std::vector<std::string> deeds =
+      runs.size() == 1 ? only_in(whole, runs.front()) : std::vector<std::string>();
+  const auto words = [&](const std::vector<std::string>& before, const std::vector<std::string>& now) {
+    return deeds.empty() ? odd_runs_text(before, now, data, runs)
+                         : alone_text(before, now, data, runs.front(), deeds);
+  };
+  if (deeds.empty())
+    for (const std::size_t run : runs) d.rows.odd_runs.push_back(data.context.runs[run].id);
   if (!named) {
-    d.paragraph = odd_runs_text({}, {}, data, runs) + " " + d.paragraph;
+    d.paragraph = words({}, {}) + " " + d.paragraph;
     return;
   }
   const std::vector<std::string> before = d.effects;
@@ -131,7 +252,7 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
   else
     d.sets.push_back(d.effects);
   d.confidence = std::min(d.confidence, kOfOddRun);
-  d.paragraph = odd_runs_text(before, d.effects, data, runs) + " The others say: " + others.front().words +
+  d.paragraph = words(before, d.effects) + " The others say: " + others.front().words +
                 (d.formula ? formula_text(*d.formula) : "");
 }
 

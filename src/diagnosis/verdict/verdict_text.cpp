@@ -376,6 +376,43 @@ std::string odd_runs_text(const std::vector<std::string>& before, const std::vec
          "the file, and measure it once more before anything is compensated that only it shows.";
 }
 
+std::string alone_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
+                       const Dataset& data, std::size_t run, const std::vector<std::string>& deeds) {
+  std::vector<std::string> not_needed;
+  for (const std::string& id : before)
+    if (std::find(now.begin(), now.end(), id) == now.end()) not_needed.push_back(id);
+  return "Run '" + data.context.runs[run].id + "' (" + files_of_run(data, run) +
+         ") alone shows an error that no effect of the library follows, and no other run " +
+         listed(deeds, " or ") + ": without its readings only noise is left" +
+         (not_needed.empty() ? "" : ", and nothing asks for " + listed(not_needed, " and ")) +
+         ". Measure a second run that does the same: what both show is an error of the machine; what only "
+         "this one shows is of how it was measured (sign, unit, scale, direction n, an instrument that "
+         "drifts).";
+}
+
+std::string not_told_apart_text(const std::vector<std::vector<std::string>>& sets) {
+  if (sets.size() < 2) return "No standard run decides whether that is it.";
+  const std::vector<std::string> common = in_all(sets);
+  bool of_tool = false, of_others = false;
+  for (const auto& set : sets)
+    for (const std::string& id : set) {
+      if (std::find(common.begin(), common.end(), id) != common.end()) continue;
+      const bool tool = id == "tool_length" || id == "tool_offset";
+      of_tool = of_tool || tool;
+      of_others = of_others || !tool;
+    }
+  std::vector<std::string> names;
+  for (const auto& set : sets) names.push_back(listed(set, " with "));
+  std::string out = "No standard run tells " + listed(names, " and ") +
+                    " apart: one can do what the other does in each of them.";
+  if (of_tool && of_others)
+    out +=
+        " One is an error of the tool, the other one of the machine: measure the tool and the ball on a "
+        "presetter (length and run-out). What is left is the machine's.";
+  return out + (common.empty() ? " Look" : " Compensate for " + listed(common, " and ") + ", and look") +
+         " at the machine for what causes the others.";
+}
+
 std::string what_next(const Diagnosis& d) {
   if (d.verdict == Verdict::ambiguous && !d.bookkeeping.empty())
     return either_text(d) + (d.next ? " " + d.next->why : "");
@@ -393,9 +430,7 @@ std::string what_next(const Diagnosis& d) {
     return "None of the standard runs helps here: measure the axis at positions between those of these "
            "runs. " +
            d.paragraph;
-  if (d.verdict == Verdict::ambiguous)
-    return "None of the standard runs separates these explanations. Compensate the effects that all of them "
-           "share, and look at the machine for the causes of the others.";
+  if (d.verdict == Verdict::ambiguous) return not_told_apart_text(d.sets);
   return "No further measurement is needed: these data decide it.";
 }
 

@@ -37,6 +37,13 @@ std::string either_text(const Diagnosis& d);
 std::string odd_runs_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
                           const Dataset& data, const std::vector<std::size_t>& runs);
 
+/// The same of a run that does what no other does (`deeds`, "turns A round"): it is not blamed.
+std::string alone_text(const std::vector<std::string>& before, const std::vector<std::string>& now,
+                       const Dataset& data, std::size_t run, const std::vector<std::string>& deeds);
+
+/// That no run tells these sets apart, and what does.
+std::string not_told_apart_text(const std::vector<std::vector<std::string>>& sets);
+
 /// What the scatter hangs on, and that the readings were weighed by it; begins with a space.
 std::string uneven_text(const UnevenScatter& scatter);
 
