@@ -15,29 +15,21 @@ constexpr double kOfOddRun = 0.9;     // confidence in what the others show
 constexpr double kStoodStill = 1e-6;  // mm, rad
 constexpr double kFasterThan = 1.5;   // quotient of speeds that are another one
 constexpr double kFurther_K = 1.0;    // beyond the temperatures of the others, and as much as they span
-constexpr double kExplained = 1.1;    // chi-square per degree of freedom
-constexpr double kNoiseLevel = 0.01;  // its p, where readings are few
-constexpr double kOfOneRun = 0.5;     // of what a formula takes away: most of it
+constexpr double kAskedFor = 1e-3;    // chance that noise alone gains so much
 constexpr double kMostReadingsByRun = 5000;  // beyond, runs are many and one says little
 
-std::vector<double> chi2_by_run(const Observations& o, const Model& model) {
-  const FitCore core = fit_core(o, model, {.robust = false});
-  std::vector<double> out;
-  for (const auto& rows : o.runs()) {
-    double chi2 = 0.0;
-    for (const Eigen::Index i : rows) chi2 += std::pow(core.white[i], 2);
-    out.push_back(chi2);
-  }
-  return out;
+double chi2_of(const Observations& o, const Model& model) {
+  return fit_core(o, model, {.robust = false}).white.squaredNorm();
 }
 
 // The runs that the model and what was found beside it explain worst, each as a whole and a reading: effects
 // that follow a wrong run leave less of it in its few readings than they do wrong in many of others.
 std::vector<std::size_t> worst_runs(const Observations& o, const Model& model) {
-  const std::vector<double> chi2_of = chi2_by_run(o, model);
+  const FitCore core = fit_core(o, model, {.robust = false});
   std::vector<std::pair<double, std::size_t>> whole, a_reading;
   for (std::size_t run = 0; run < o.runs().size(); ++run) {
-    const double chi2 = chi2_of[run];
+    double chi2 = 0.0;
+    for (const Eigen::Index i : o.runs()[run]) chi2 += std::pow(core.white[i], 2);
     const auto count = static_cast<double>(o.runs()[run].size());
     if (!(chi2 > kMisfits * count)) continue;
     whole.emplace_back(count - chi2, run);
@@ -188,21 +180,13 @@ std::vector<std::string> only_in(const Observations& o, std::size_t run) {
   return out;
 }
 
-// A formula that leaves nothing but noise explains every run. One that does something in a single run only,
-// between two places that only this run visits, is no more than another name for that run.
-bool formula_explains(const Observations& o, const Model& named, const ProposedFormula& formula) {
-  if (!(formula.dof_after > 0.0)) return false;
-  if (formula.chi2_after >= kExplained * formula.dof_after &&
-      chi2_tail(formula.chi2_after, formula.dof_after) <= kNoiseLevel)
-    return false;
-  const std::vector<double> before = chi2_by_run(o, named);
-  const std::vector<double> after = chi2_by_run(o, with(named, formula.alone.effects));
-  double all = 0.0, most = 0.0;
-  for (std::size_t run = 0; run < before.size(); ++run) {
-    all += before[run] - after[run];
-    most = std::max(most, before[run] - after[run]);
-  }
-  return most < kOfOneRun * all;
+// A formula that the other runs ask for as well is no name for this run alone. Where only this run shows it
+// (another run goes nowhere near, or does nothing of that kind), nothing tells the two apart.
+bool others_ask_for(const ProposedFormula& formula, const Machine& machine, const Dataset& others,
+                    const Model& found) {
+  const Observations o(machine, others);
+  const double gain = chi2_of(o, found) - chi2_of(o, with(found, formula.alone.effects));
+  return chi2_tail(gain, static_cast<double>(std::max<std::size_t>(formula.terms, 1))) < kAskedFor;
 }
 
 }  // namespace
@@ -212,14 +196,15 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
   if ((!named && d.verdict != Verdict::not_in_library) || whole.runs().size() < 3 ||
       static_cast<double>(whole.size()) > kMostReadingsByRun)
     return;
-  if (d.formula && formula_explains(whole, with(model, d.additions), *d.formula)) return;
   const Dataset& data = whole.data();
   if (named && shown(whole.machine(), data, with(model, d.additions), search)) return;
   std::vector<std::size_t> runs;
   std::vector<Shown> others;
   for (const std::size_t run : worst_runs(whole, with(model, d.additions))) {
-    std::optional<Shown> rest = shown(whole.machine(), without(data, run), model, search);
+    const Dataset left = without(data, run);
+    std::optional<Shown> rest = shown(whole.machine(), left, model, search);
     if (!rest || (!others.empty() && rest->count > others.front().count)) continue;
+    if (d.formula && others_ask_for(*d.formula, whole.machine(), left, with(model, rest->effects))) continue;
     // Of two runs the one without which fewer effects are needed.
     if (!others.empty() && rest->count < others.front().count) {
       runs.clear();
