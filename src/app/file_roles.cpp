@@ -105,7 +105,8 @@ class Files {
 
   void write(const CLI::Option& option, const std::string& file) {
     std::error_code ec;
-    if (file.empty() || is_device(file) || fs::is_directory(file, ec)) return;
+    if (file.empty()) refuse(said_as(option) + ": the name of the file is empty");
+    if (is_device(file) || fs::is_directory(file, ec)) return;
     const std::string place = file == "-" ? file : resolved_path(file);
     const auto [other, is_new] = written_.emplace(place, Named{&option, file});
     if (is_new) return;

@@ -12,6 +12,7 @@ inline constexpr const char* kFileToWrite = "OUT";
 /// - a file that is written is named by another option too, as input or as output (`model fit` and `model
 /// add` may
 ///   write their --model anew), or two go to standard output;
+/// - the name of a file that is to be written is empty;
 /// - two inputs are standard input;
 /// - a number is not finite.
 void check_options_together(const CLI::App& root);

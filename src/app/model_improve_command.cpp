@@ -25,6 +25,8 @@ std::string line(const diagnosis::ImproveStep& step, std::size_t k) {
 
 int run(const ModelFiles& files, const std::string& folder, const std::string& also) {
   int exit = kDone;
+  if (folder == "-")
+    return print_error({ErrorCode::wrong_use, "-o names the folder of the model files, not '-'", {}, {}});
   const auto in = read_inputs(files, exit);
   if (!in) return exit;
   const auto extra = read_competing(also, in->machine, in->model.context, exit);

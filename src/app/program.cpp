@@ -19,6 +19,7 @@
 
 #include "app/file_roles.hpp"
 #include "app/options.hpp"
+#include "app/options_without_effect.hpp"
 #include "app/support.hpp"
 #include "app/wrong_use.hpp"
 
@@ -127,6 +128,7 @@ int run(int argc, char** argv) {
   root.parse_complete_callback([&] {
     set_up_log(quiet, verbose, wants_color(color));
     check_options_together(root);
+    warn_of_options_without_effect(root);
   });
   int exit = kDone;
   register_commands(root, exit, argc, argv);

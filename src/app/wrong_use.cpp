@@ -75,7 +75,8 @@ std::string reason(const CLI::App* root, const CLI::App* command, const CLI::Err
   }
   if (is(error, CLI::ExitCodes::ExtrasError) && !remaining.empty())
     return "error: " + full_name(command) + ": '" + remaining.front() + "' is one argument too many\n";
-  return std::string(error.what()) + "\n";
+  const std::string said = error.what();
+  return (said.starts_with("error: ") ? "" : "error: ") + said + "\n";
 }
 
 }  // namespace

@@ -80,6 +80,33 @@ TEST_F(FilesApart, NumbersAreFinite) {
   }
 }
 
+TEST_F(FilesApart, OptionsThatDoNothingAreTold) {
+  for (const auto& [words, needs] : {std::pair{"--pole-cone-deg 3", "--pole-tolerance-deg"},
+                                     std::pair{"--thermal-clamp-um 20", "--offsets or --thermal"},
+                                     std::pair{"--largest-correction-mm 1", "--model"}}) {
+    const Outcome done = run("post part.cls -m mill.toml -o o.nc " + std::string(words));
+    EXPECT_EQ(done.code, 0) << words << done.messages;
+    EXPECT_NE(done.messages.find(std::string("has no effect without ") + needs), std::string::npos)
+        << words << done.messages;
+  }
+  EXPECT_EQ(run("post part.cls -m mill.toml -o o.nc --pole-cone-deg 3 --pole-tolerance-deg 0.1")
+                .messages.find("no effect"),
+            std::string::npos);
+}
+
+TEST_F(FilesApart, WrongUseIsAnErrorInEveryWording) {
+  for (const char* words :
+       {"post part.cls -m mill.toml -o o.nc --tolerance-mm 0", "machine mill.toml -o ''",
+        "post part.cls -m mill.toml -o o.nc --tool-length-mm 1 2", "thermal serve th.toml --port 99999",
+        "model plan data.csv -m mill.toml --model known.toml -o ''",
+        "model improve data.csv -m mill.toml --model known.toml -o -"}) {
+    const Outcome done = run(words);
+    EXPECT_EQ(done.code, 2) << words << done.messages;
+    EXPECT_TRUE(done.messages.starts_with("error: ")) << words << done.messages;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "-"));
+}
+
 TEST_F(FilesApart, AFileOfTheWrongKindHasTwentyMessagesAndNoMore) {
   std::string rows = "run_id,time_s,X_mm\n";
   for (int i = 0; i < 1000; ++i) rows += "a;b\n";
