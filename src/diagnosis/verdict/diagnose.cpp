@@ -931,7 +931,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   if (out.bookkeeping.empty()) {
     if (!out.rows.problems.empty()) blame_rows(out);
     if (options.formula) propose(machine, data, first.left_out(), out);
-    blame_odd_runs(*whole, model, out, search);
+    blame_odd_runs(*whole, model, first.left_out(), out, search);
     doubt_beside_unrecorded(*whole, model, first.left_out(), out);
     if (const std::string wanders = wandering_text(machine, data); !wanders.empty()) {
       out.confidence = std::min(out.confidence, kBesideAWanderingBall);

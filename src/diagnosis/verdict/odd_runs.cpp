@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "trunnion/diagnosis/formula.hpp"
 
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
@@ -9,13 +12,14 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr std::size_t kTried = 3;     // the runs that misfit most, in each of two ways
-constexpr double kMisfits = 1.25;     // chi-square per reading of a run that does
-constexpr double kOfOddRun = 0.9;     // confidence in what the others show
-constexpr double kStoodStill = 1e-6;  // mm, rad
-constexpr double kFasterThan = 1.5;   // quotient of speeds that are another one
-constexpr double kFurther_K = 1.0;    // beyond the temperatures of the others, and as much as they span
-constexpr double kAskedFor = 1e-3;    // chance that noise alone gains so much
+constexpr std::size_t kTried = 3;       // the runs that misfit most, in each of two ways
+constexpr double kMisfits = 1.25;       // chi-square per reading of a run that does
+constexpr double kOfOddRun = 0.9;       // confidence in what the others show
+constexpr double kStoodStill = 1e-6;    // mm, rad
+constexpr double kFasterThan = 1.5;     // quotient of speeds that are another one
+constexpr double kFurther_K = 1.0;      // beyond the temperatures of the others, and as much as they span
+constexpr double kAskedFor = 1e-3;      // chance that noise alone gains so much
+constexpr double kBesideFormula = 1.1;  // chi-square per degree of freedom beside a formula
 constexpr double kMostReadingsByRun = 5000;  // beyond, runs are many and one says little
 
 double chi2_of(const Observations& o, const Model& model) {
@@ -189,9 +193,47 @@ bool others_ask_for(const ProposedFormula& formula, const Machine& machine, cons
   return chi2_tail(gain, static_cast<double>(std::max<std::size_t>(formula.terms, 1))) < kAskedFor;
 }
 
+struct Others {
+  std::size_t without;  // run
+  const Shown& shown;
+};
+
+// The run shows more of an error than the others do, which a formula follows in all of them. Effects that
+// only this run asked for stood for a part of it: they are named no more where the formula does without them
+// and leaves noise. False: it does not.
+bool name_what_all_ask_for(const Observations& whole, const Model& model, const std::vector<bool>& left_out,
+                           const Others& all, Diagnosis& d) {
+  const auto& [run, others] = all;
+  if (others.effects.size() >= d.additions.size()) return false;
+  const Dataset& data = whole.data();
+  auto again = propose_formula(whole.machine(), data, with(model, others.effects), left_out);
+  if (!again || again->chi2_after > kBesideFormula * again->dof_after) return false;
+  const std::vector<std::string> before = std::exchange(d.effects, {});
+  d.additions = others.effects;
+  for (const ModelEffect& effect : d.additions) d.effects.push_back(effect.id());
+  d.imitators.clear();
+  for (const std::string& id : before)
+    if (std::find(d.effects.begin(), d.effects.end(), id) == d.effects.end()) d.imitators.push_back(id);
+  d.sets.clear();
+  d.confidence = std::min(d.confidence, kOfOddRun);
+  d.formula = std::move(again);
+  if (d.effects.empty()) {
+    d.verdict = Verdict::not_in_library;
+    d.leftover = d.depends_on;
+    d.paragraph = imitated_text(d);
+  } else {
+    d.sets.push_back(d.effects);
+    d.paragraph = fewer_text(d);
+  }
+  d.paragraph += formula_text(*d.formula) + " Without run '" + data.context.runs[run].id +
+                 "', which shows most of it, the others say: " + others.words;
+  return true;
+}
+
 }  // namespace
 
-void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d, const EffectSearch& search) {
+void blame_odd_runs(const Observations& whole, const Model& model, const std::vector<bool>& left_out,
+                    Diagnosis& d, const EffectSearch& search) {
   const bool named = d.verdict == Verdict::named_but_incomplete && !d.only_number_is_open();
   if ((!named && d.verdict != Verdict::not_in_library) || whole.runs().size() < 3 ||
       static_cast<double>(whole.size()) > kMostReadingsByRun)
@@ -204,7 +246,6 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
     const Dataset left = without(data, run);
     std::optional<Shown> rest = shown(whole.machine(), left, model, search);
     if (!rest || (!others.empty() && rest->count > others.front().count)) continue;
-    if (d.formula && others_ask_for(*d.formula, whole.machine(), left, with(model, rest->effects))) continue;
     // Of two runs the one without which fewer effects are needed.
     if (!others.empty() && rest->count < others.front().count) {
       runs.clear();
@@ -214,6 +255,12 @@ void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d,
     others.push_back(std::move(*rest));
   }
   if (runs.empty()) return;
+  if (d.formula && runs.size() == 1 &&
+      others_ask_for(*d.formula, whole.machine(), without(data, runs.front()),
+                     with(model, others.front().effects)) &&
+      (name_what_all_ask_for(whole, model, left_out, {runs.front(), others.front()}, d) ||
+       d.formula->chi2_after <= kBesideFormula * d.formula->dof_after))
+    return;
   // Of several runs that may be the odd one each shows what the others do.
   const std::vector<std::string> deeds =
       runs.size() == 1 ? only_in(whole, runs.front()) : std::vector<std::string>();

@@ -5,6 +5,8 @@ namespace trunnion::diagnosis {
 
 /// Where structure is left: runs without which only noise is. What only they ask for is named no more (README
 /// of this layer, "Held out").
-void blame_odd_runs(const Observations& whole, const Model& model, Diagnosis& d, const EffectSearch& search);
+/// `left_out`: outliers, as propose_formula takes them.
+void blame_odd_runs(const Observations& whole, const Model& model, const std::vector<bool>& left_out,
+                    Diagnosis& d, const EffectSearch& search);
 
 }  // namespace trunnion::diagnosis
