@@ -18,6 +18,7 @@
 #include "diagnosis/search/turn_numbers.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
+#include "diagnosis/verdict/constant_sensors.hpp"
 #include "diagnosis/verdict/needless.hpp"
 #include "diagnosis/verdict/next_measurement.hpp"
 #include "diagnosis/verdict/odd_runs.hpp"
@@ -937,6 +938,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
       out.confidence = std::min(out.confidence, kBesideAWanderingBall);
       out.paragraph = wanders + " " + out.paragraph;
     }
+    if (out.verdict != Verdict::nothing_to_find) out.paragraph += constant_sensors_text(*whole);
     return out;
   }
   out.verdict = Verdict::bookkeeping;
