@@ -59,8 +59,8 @@ TEST(Fanuc30i, SwitchesToolCentreControlOffForRetractAndToolChange) {
   EXPECT_THAT(text, HasSubstr(" Y3. C370. F5.\n"));  // F again, angle unwrapped
   EXPECT_THAT(text, HasSubstr(" G4 X1.5\n"));        // seconds
   EXPECT_THAT(text,
-              HasSubstr(" G49\nN100 G53 G0 Z610.\nN110 G0 G43.4 H4 X1. Y3. Z100.\nN120 G49\nN130 T5 M6\n"));
-  EXPECT_THAT(text, HasSubstr(" T5 M6\nN140 G17 G21 G40 G80 G90 G94\nN150 G54\nN160 M30\n%\n"));
+              HasSubstr(" G49\nN110 G53 G0 Z610.\nN120 G0 G43.4 H4 X1. Y3. Z100.\nN130 G49\nN140 T5 M6\n"));
+  EXPECT_THAT(text, HasSubstr(" T5 M6\nN150 G17 G21 G40 G80 G90 G94\nN160 G69\nN170 G54\nN180 M30\n%\n"));
 }
 
 TEST(Fanuc30i, TiltsThePlaneWithEulerAnglesAndThenTurnsTheTable) {
@@ -68,7 +68,7 @@ TEST(Fanuc30i, TiltsThePlaneWithEulerAnglesAndThenTurnsTheTable) {
   const auto text =
       test::nc_text(c, {nc::ProgramStart{}, nc::TiltedPlane{true, {1000, -2000, 500}, {30000, 45000, -90000}},
                         nc::TiltedPlane{}});
-  EXPECT_THAT(text, HasSubstr("N20 G68.2 X1. Y-2. Z0.5 I30. J45. K-90.\nN30 G53.1\nN40 G69\n"));
+  EXPECT_THAT(text, HasSubstr("N20 G69\nN30 G68.2 X1. Y-2. Z0.5 I30. J45. K-90.\nN40 G53.1\nN50 G69\n"));
 }
 
 TEST(Siemens840D, UsesItsOwnWords) {

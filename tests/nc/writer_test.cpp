@@ -237,7 +237,7 @@ TEST(Writer, RestoresCompensationAfterARetractWithTheFirstLinearMotion) {
   EXPECT_THAT(program("iso", nc::LengthCompensation{3}),
               HasSubstr(" G53 G0 Z-12.5\nN40 G0 C90.\nN50 G43 H3 X0. Z0.\n"));
   EXPECT_THAT(program("fanuc_30i", nc::TcpControl{true, 3}),
-              HasSubstr(" G49\nN40 G53 G0 Z-12.5\nN50 G0 C90.\nN60 G43.4 H3 X0. Z0.\n"));
+              HasSubstr(" G49\nN50 G53 G0 Z-12.5\nN60 G0 C90.\nN70 G43.4 H3 X0. Z0.\n"));
   EXPECT_THAT(program("siemens_840d_sl", nc::TcpControl{true, 3}),
               HasSubstr(" TRAFOOF\nN100 SUPA G0 Z-12.5 D0\nN110 G0 C=DC(90)\nN120 TRAORI\nN130 ORIMKS\nN140 "
                         "ORIAXES\nN150 X0 Z0\n"));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/post/axes_of.hpp"
@@ -406,6 +407,53 @@ TEST(OffsetOutput, VariablesBeginAtNothing) {
       EXPECT_FALSE(reads(without)) << control << ": " << line;
       twice.insert(p.nc.rfind("\n", p.nc.rfind('X')) + 1, line + "\n");
       EXPECT_FALSE(reads(twice)) << control << ": " << line;
+    }
+  }
+}
+
+// Lines of the calculation that stand in another order, or say another limit, calculate something else.
+TEST(OffsetOutput, LinesOfTheCalculationStandInTheirOrder) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl"}) {
+    Setting setting;
+    setting.output = OffsetOutput::variables;
+    setting.control = control;
+    setting.limits = quick();
+    const OffsetPost p = offset_post(blades(2, false), machine, &table, setting);
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
+    const auto reads = [&](const std::vector<std::string>& lines) {
+      std::string nc;
+      for (const std::string& line : lines) nc += line + "\n";
+      Diagnostics d;
+      nc::ReaderOptions options;
+      options.whole_program = true;
+      return nc::read_program(c, nc, "p.nc", d, options).has_value();
+    };
+    std::vector<std::string> lines;
+    std::istringstream in(p.nc);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    ASSERT_TRUE(reads(lines)) << control;
+    // The calculation of the first operation: behind the last line that sets a value to 0.
+    std::size_t first = 0;
+    while (lines[first].find(c.run_time.begin.back()) == std::string::npos) ++first;
+    while (lines[first].find("501") == std::string::npos || lines[first].find('=') == std::string::npos)
+      ++first;
+    const std::size_t last = first + c.run_time.latch.size() - (control[0] == 's' ? 1 : 0);
+    for (std::size_t i = first; i + 1 < last; ++i) {
+      if (lines[i] == lines[i + 1]) continue;
+      auto changed = lines;
+      std::swap(changed[i], changed[i + 1]);
+      EXPECT_FALSE(reads(changed)) << control << ": exchanged '" << lines[i] << "' and '" << lines[i + 1];
+      changed = lines;
+      changed.erase(changed.begin() + static_cast<std::ptrdiff_t>(i));
+      EXPECT_FALSE(reads(changed)) << control << ": without '" << lines[i];
+      const auto point = lines[i].rfind("0.");
+      if (point == std::string::npos) continue;
+      changed = lines;
+      changed[i].replace(point, 1, "7");
+      EXPECT_FALSE(reads(changed)) << control << ": " << changed[i];
     }
   }
 }

@@ -20,8 +20,22 @@ void EventReader::keep_captures(const FoundEvent& found) {
   }
 }
 
+// Three axes and several lines say the same limit; each counts where it stands.
+void EventReader::check_limits_of_latch(const FoundEvent& found) {
+  for (const Placeholder p : {Placeholder::clamp, Placeholder::step, Placeholder::dead_band}) {
+    if (!found.captures.has(p)) continue;
+    const std::int64_t now = s_.scaled(found, p, s_.language.format.decimals(AxisLetter::X));
+    const auto [before, is_new] = limits_.emplace(p, now);
+    if (!is_new && before->second != now)
+      return s_.error(found, "another limit than in the lines before it, which belong to the same values");
+  }
+  if (found.event.kind == EventKind::latch) limits_.clear();
+}
+
 void EventReader::run(const FoundEvent& found) {
   keep_captures(found);
+  if (found.pattern != nullptr && found.pattern->origin.starts_with("[run_time] latch"))
+    check_limits_of_latch(found);
   if (s_.language.others && found.event.kind == EventKind::remember &&
       found.pattern->origin.starts_with("[tilted_plane] on"))
     s_.program.plane_since = s_.findings.line;
@@ -89,7 +103,8 @@ void EventReader::run(const FoundEvent& found) {
       if (s_.modal.cycle) s_.modal.cycle->words.set(AxisLetter::Z, s_.cycle_return.of(s_.modal.cycle->clear));
       return;
     case EventKind::cycle_off:
-      if (s_.modal.cycle) s_.modal.motion_kind.reset();
+      // Whether G0 or G1 holds behind it is another thing on each control; our programs say it again.
+      if (s_.modal.cycle || !s_.language.others) s_.modal.motion_kind.reset();
       s_.modal.cycle.reset();
       return;
     case EventKind::arc:

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <set>
 
 #include "nc/reading/read_state.hpp"
@@ -37,11 +38,13 @@ class EventReader {
   void run_retract(const FoundEvent& found);
   void run_tape(const FoundEvent& found);
   void keep_captures(const FoundEvent& found);
+  void check_limits_of_latch(const FoundEvent& found);
 
   ReadState& s_;
   ShapeReader& shapes_;
   bool latched_ = false;                              // values at run time have been
   std::set<int> begun_;                               // lines of [run_time] begin, by their numbers
+  std::map<Placeholder, std::int64_t> limits_;        // that the lines of a latch have said so far
   std::optional<std::array<std::int64_t, 3>> shift_;  // beside the work offset
 };
 

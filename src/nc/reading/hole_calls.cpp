@@ -136,7 +136,11 @@ bool HoleCalls::take(std::string_view text, std::uint32_t number, const Sink& si
   const std::string_view line = plain(text);
   if (begun_) {
     if (line.empty()) return false;  // a remark
-    begun_ = goes_on_ || sets_parameter(text);
+    begun_ = sets_parameter(text);
+    if (goes_on_ && !begun_) {
+      error_line = number;
+      return fail("a line behind '~' that sets no value of the cycle: the control stops at such a block");
+    }
     if (begun_) {
       goes_on_ = without_blanks(text).ends_with('~');
       return take_values(line), true;

@@ -240,7 +240,7 @@ void ShapeReader::run_cycle(const FoundEvent& found) {
   if (found.captures.has(Placeholder::y))
     place.set(AxisLetter::Y, s_.scaled(found, Placeholder::y, decimals));
   place = frame.position_of(place);
-  if (s_.language.others && s_.c.cycles.initial_at_start && s_.modal.position[AxisLetter::Z] < hole.clear &&
+  if (s_.c.cycles.initial_at_start && s_.modal.position[AxisLetter::Z] < hole.clear &&
       ((place.mask & kPlaneWords) != kPlaneWords ||
        place[AxisLetter::X] != s_.modal.position[AxisLetter::X] ||
        place[AxisLetter::Y] != s_.modal.position[AxisLetter::Y] ||

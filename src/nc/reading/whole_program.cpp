@@ -26,6 +26,19 @@ WholeProgram::WholeProgram(const Controller& controller, const PatternSet& patte
   }
 }
 
+// Keys of a template's lines, in its order. Words of one line may be written in any order.
+bool WholeProgram::in_order(const std::vector<std::string>& keys, std::vector<SaidLine> said) {
+  std::uint32_t line = 0;
+  for (const std::string& key : keys) {
+    const auto it = std::find_if(said.begin(), said.end(),
+                                 [&](const SaidLine& one) { return one.line >= line && one.key == key; });
+    if (it == said.end()) return false;
+    line = it->line;
+    it->key.clear();
+  }
+  return true;
+}
+
 std::string WholeProgram::missing() {
   std::string out;
   if (!open_.empty()) out = open_.front().place + " is not followed by the other lines of its template";
@@ -43,29 +56,33 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
       "'" + pattern.origin + "' (" + controller_.file + ") of line " + std::to_string(line);
   if (!is_event) {
     if (!lines_.contains(pattern.key)) return {};
-    said_.insert(pattern.key);
-    if (expected_.erase(pattern.key) == 0 && pattern.is_part) open_.push_back({pattern.key, place});
-    return {};
+    said_.push_back({pattern.key, line});
+    const auto awaited = std::find(expected_.begin(), expected_.end(), pattern.key);
+    if (awaited == expected_.end()) {
+      if (pattern.is_part) open_.push_back({pattern.key, place});
+      return {};
+    }
+    expected_.erase(awaited);
+    followed_.push_back({pattern.key, line});
+    if (!expected_.empty() || in_order(template_after_, followed_)) return {};
+    return expected_by_ + ": the lines of the template follow in another order";
   }
   ends_earlier_.erase(pattern.event.kind);
   // The lines before it are its own, or nothing may stand open.
   if (pattern.others.empty()) {
     said_.clear();
-    if (lines_.contains(pattern.key)) said_.insert(pattern.key);
+    if (lines_.contains(pattern.key)) said_.push_back({pattern.key, line});
     return missing();
   }
   const auto said = std::exchange(said_, {});
-  const auto is_said = [&](const Pattern::Others& others) {
-    return std::all_of(others.before.begin(), others.before.end(),
-                       [&](const std::string& key) { return said.contains(key); });
-  };
+  const auto is_said = [&](const Pattern::Others& others) { return in_order(others.before, said); };
   const auto of_one = std::find_if(pattern.others.begin(), pattern.others.end(), is_said);
   if (of_one == pattern.others.end()) {
     open_.clear();
     if (std::string behind = missing(); !behind.empty()) return behind;
     // The tool that is made ready stays so, whatever stands between.
     if (pattern.event.kind == EventKind::tool) return {};
-    return place + ": lines of its template are missing before it";
+    return place + ": lines of its template are missing before it, or stand in another order";
   }
   // One of each is its own; what else stands open is somebody's who never came.
   for (const std::string& key : of_one->before) {
@@ -74,7 +91,8 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
     if (own != open_.rend()) open_.erase(std::next(own).base());
   }
   if (std::string left = missing(); !left.empty()) return left;
-  expected_ = {of_one->after.begin(), of_one->after.end()};
+  expected_ = template_after_ = of_one->after;
+  followed_.clear();
   expected_by_ = place;
   return {};
 }

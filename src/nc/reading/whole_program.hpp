@@ -12,7 +12,7 @@ namespace trunnion::nc {
 
 /// What must stand in a program for its lines to mean what their templates say: before the first motion all
 /// words of [program] setup and those that end what an abort left on, and of each template of several lines
-/// all of them, one after the other. Messages are empty where nothing is wrong.
+/// all of them, in its order. Messages are empty where nothing is wrong.
 class WholeProgram {
  public:
   WholeProgram(const Controller& controller, const PatternSet& patterns);
@@ -34,18 +34,25 @@ class WholeProgram {
     std::string text;
     bool said = false;
   };
+  struct SaidLine {
+    std::string key;
+    std::uint32_t line;
+  };
+  static bool in_order(const std::vector<std::string>& keys, std::vector<SaidLine> said);
   std::string missing();
 
   const Controller& controller_;
   std::map<std::string, SetupWord> setup_;         // by key
   std::map<EventKind, std::string> ends_earlier_;  // not said so far: the word of each
   std::set<std::string> lines_;                    // keys of all lines beside the one that means an event
-  std::set<std::string> said_;                     // of those, since the last such one
+  std::vector<SaidLine> said_;                     // of those, since the last such one
   struct OpenLine {
     std::string key, place;
   };
-  std::vector<OpenLine> open_;      // lines of templates whose last one has not come
-  std::set<std::string> expected_;  // behind the last event
+  std::vector<OpenLine> open_;  // lines of templates whose last one has not come
+  // Behind the last event: all lines of its template there, those that have not come, and those that have.
+  std::vector<std::string> template_after_, expected_;
+  std::vector<SaidLine> followed_;
   std::string expected_by_;
   bool is_head_ = true;
 };
