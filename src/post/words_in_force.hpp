@@ -65,6 +65,7 @@ struct WordsInForce {
   /// where they stand. False where no plane is on.
   bool enter(const nc::TiltedPlane& block);
   void switch_cutter(nc::CutterSide side) {
+    leaves_contour = compensates && side == nc::CutterSide::off;
     compensates = side == nc::CutterSide::off ? std::nullopt : std::optional(rotary);
   }
   /// The words say where X, Y and Z of the part are, not the axes.
@@ -103,6 +104,7 @@ struct WordsInForce {
   JointVector plane_q;                     // where the control has the rotary axes in the plane
   JointVector rotary;                      // as the last words had them
   std::optional<JointVector> compensates;  // rotary words from which cutter compensation is on
+  bool leaves_contour = false;             // it was switched off, and no motion has come since
   WorkShift shift;
 
  private:

@@ -106,10 +106,11 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
   EXPECT_NE(under.report.error().text().find("tool-centre-point"), std::string::npos);
 }
 
-// Of LinuxCNC, with the wear in the registers.
-Result<VerifyReport> judged(const std::string& nc, const std::string& cl, Diagnostics& d) {
+// With the wear in the registers.
+Result<VerifyReport> judged(const std::string& nc, const std::string& cl, Diagnostics& d,
+                            const std::string& control = "linuxcnc") {
   const Machine machine = test::shipped_machine("trunnion_offset");
-  const nc::Controller c = test::shipped_controller("linuxcnc");
+  const nc::Controller c = test::shipped_controller(control);
   VerifyOptions options;
   options.tolerance_mm = 0.01;
   return post::verify({std::make_unique<test::TextOf>(cl), "part.cls", wear().cl},
@@ -128,6 +129,29 @@ TEST(Cutter, ATurnOfTheTableUnderCompensationIsFound) {
   edited.insert(edited.find('\n', edited.find("G41 D95 X")), " A30.5");
   static_cast<void>(judged(edited, cl, wrong));
   EXPECT_GT(wrong.error_count(), 0U);
+}
+
+// The points on the line of the wall are met by a longer block, too: the wear would come in along the wall.
+TEST(Cutter, TheWaysInAndOutEndWhereTheyAreAskedTo) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl =
+      "LOADTL/4\nSPINDL/3000,CLW\nFEDRAT/500,MMPM\nRAPID\nGOTO/0,-20,60\nGOTO/0,-20,10\nCUTCOM/LEFT,24\n"
+      "GOTO/0,0,10\nGOTO/0,40,10\nCUTCOM/OFF\nGOTO/0,60,10\nGOTO/0,80,10\nRAPID\nGOTO/0,80,60\nFINI\n";
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) {
+    const auto p = test::posted(cl, machine, wear(), control);
+    ASSERT_TRUE(p.report && p.report->verification->passed()) << control << p.nc;
+    for (const std::string word : {"G41 D24 ", "G40 "}) {
+      std::string nc = p.nc;
+      const auto at = nc.rfind(word);
+      ASSERT_NE(at, std::string::npos) << control << nc;
+      const auto end = nc.find('\n', at);
+      // The block of the word goes to where the next one ends.
+      nc.erase(at + word.size(), nc.find_first_of("XY", end) - at - word.size());
+      Diagnostics d;
+      const auto report = judged(nc, cl, d, control);
+      EXPECT_FALSE(report && report->passed()) << control << ": " << word << nc;
+    }
+  }
 }
 
 // Its whole diameter would count: in a program that was edited so, as its CL file, and of a tool that comes

@@ -61,6 +61,42 @@ class EditedAroundTheCut : public ::testing::Test {
   PostOptions options_;
 };
 
+// From below R a control of this kind goes across first: through what the hole before was higher than.
+TEST_F(EditedAroundTheCut, AHoleThatBeginsBelowItsR) {
+  const std::string cl =
+      std::string(kHoles) + kDrill + "GOTO/10,10,10\nGOTO/-10,10,30\nCYCLE/OFF\nRAPID\nGOTO/10,0,60\nFINI\n";
+  for (const char* control : {"fanuc_30i", "haas_ngc"}) {
+    const std::string nc = right(cl, control);
+    expect_found(cl, control, edited(nc, "G80", "G0 Z", "G0", true), "no way up before the second hole");
+  }
+}
+
+// 60 mm deep in steps of 3: chips that stay in the hole jam the drill.
+TEST_F(EditedAroundTheCut, AHoleInStepsIsOfItsKindAndFeed) {
+  const std::string cl = part("CYCLE/DEEP,DEPTH,60,STEP,3,MMPM,120,CLEAR,2\n");
+  for (const auto& [control, kind, other] :
+       {std::tuple{"fanuc_30i", "G83", "G73"}, std::tuple{"haas_ngc", "G83", "G73"},
+        std::tuple{"linuxcnc", "G83", "G73"}, std::tuple{"siemens_840d_sl", ",1,1)", ",1,0)"}}) {
+    std::string nc = right(cl, control);
+    const auto at = nc.find(kind);
+    ASSERT_NE(at, std::string::npos) << control << nc;
+    expect_found(cl, control, nc.replace(at, std::string(kind).size(), other), "chips that stay");
+  }
+  for (const auto& [control, feed, slow] :
+       {std::tuple{"fanuc_30i", "F120.", "F1."}, std::tuple{"linuxcnc", "F120.", "F1."},
+        std::tuple{"heidenhain_tnc640", "Q206=120", "Q206=1"}}) {
+    std::string nc = right(cl, control);
+    const auto at = nc.find(feed);
+    ASSERT_NE(at, std::string::npos) << control << nc;
+    expect_found(cl, control, nc.replace(at, std::string(feed).size(), slow), "a feed of 1 mm/min");
+  }
+  // Chips that are broken only, where the CL file wants no more, may be taken out.
+  const std::string broken = part("CYCLE/BRKCHP,DEPTH,30,STEP,3,MMPM,120,CLEAR,2\n");
+  std::string nc = right(broken, "fanuc_30i");
+  nc.replace(nc.find("G73"), 3, "G83");
+  EXPECT_TRUE(test::verified(nc, broken, machine_, 0.01, "fanuc_30i")->passed());
+}
+
 // F is modal, and in tapping it is the pitch: the second thread would have been cut with another one.
 TEST_F(EditedAroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
   for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})

@@ -21,7 +21,7 @@ class RandomMotions {
     const double turn = up_to(30) == 0 ? 3.0 : 0.02;
     motion_.axis_P = (motion_.axis_P + Vec3(within(turn), within(turn), within(turn))).normalized();
     motion_.rapid = up_to(50) == 0;
-    motion_.step = up_to(9) == 0;
+    motion_.step = up_to(9) == 0 ? cl::Motion::Step::stays : cl::Motion::Step::none;
     return motion_;
   }
 
@@ -92,7 +92,7 @@ TEST(PathPoints, StandInColumnsAsAlone) {
       for (int piece = 0; piece < 60; ++piece) {
         std::vector<path::ChoicePoint> expected;
         std::vector<Vec3> programmed_P;
-        const bool step = random.up_to(1) == 0;
+        const auto step = random.up_to(1) == 0 ? cl::Motion::Step::leaves : cl::Motion::Step::none;
         const bool is_tilted = random.up_to(1) == 0;
         for (std::size_t left = random.up_to(70); left > 0; --left) {
           const auto line = static_cast<std::uint32_t>(all.size());

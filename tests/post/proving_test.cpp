@@ -33,7 +33,7 @@ std::vector<Move> moves_of(const std::string& text) {
   static const std::regex kHarmless(
       "^(%\\d*|O\\d+|BEGIN PGM \\w+ MM|END PGM \\w+ MM|M30|M2|M126|M129|RTLION|TRAFOOF|CYCLE800\\(\\)|CYCL "
       "DEF "
-      "7\\.(0 DATUM SHIFT|1 X\\+0|2 Y\\+0|3 Z\\+0)|PLANE RESET STAY|G(17|21|40|49|61|80|90|94|710)( "
+      "7\\.(0 DATUM SHIFT|1 X\\+0|2 Y\\+0|3 Z\\+0)|PLANE RESET STAY|G(17|21|40|49|61|69|80|90|94|710)( "
       "G(17|21|40|49|61|80|90|94|710))*)$");
   static const std::vector<std::regex> kSteps = {
       std::regex(R"(^G91 G94 G1 ([XYZABC])([-+]?[\d.]+) F([\d.]+)$)"),

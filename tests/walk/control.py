@@ -205,7 +205,7 @@ class Iso(Control):
             elif code in (40, 41, 42):
                 self.cutter = code
                 value.pop("D", None)
-            elif code in (17, 21, 80, 97, 90):
+            elif code in (17, 21, 69, 80, 97, 90):
                 continue
             elif code in (0, 1):
                 self.rapid = code == 0

@@ -31,8 +31,10 @@ struct Motion {
   Vec3 axis_P = Vec3::UnitZ();  // unit, from the tip to the spindle
   Feed feed;
   bool rapid = false;
-  /// Within a hole that is drilled in steps, before its bottom is reached.
-  bool step = false;
+  /// Within a hole that is drilled in steps, before its bottom is reached: between them the tool stays in it
+  /// (chips are broken), or leaves it (and takes them out).
+  enum class Step : std::uint8_t { none, stays, leaves };
+  Step step = Step::none;
   /// One of the equal parts into which a path stage (post/path_stages) has divided a motion of the text.
   struct Part {
     double share = 1.0;        // of the time that the motion is given; 1: the motion is whole

@@ -253,7 +253,7 @@ struct ExpectedMotions {
   std::span<const path::ChoicePoint> points;
   std::span<const Vec3> axes_P;  // of the tool as programmed; empty: those of `points`
   cl::Feed feed;
-  bool step = false;  // cl::Motion::step
+  cl::Motion::Step step = cl::Motion::Step::none;
 };
 
 /// Evaluates NC text as the control will run it and compares it with the CL file's motions, knowing nothing

@@ -349,10 +349,14 @@ class Drilling {
     if (modal_.has_position && !context_.comes_from_change() &&
         (point - modal_.tip_A).norm() < kSamePlace_mm && (axis - modal_.axis_A).norm() < kSameCycleAxis)
       return;
-    context_.add_motion(where_, {point, axis, feed_, true, step});
+    context_.add_motion(where_, {point, axis, feed_, true, step_of(step)});
   }
   void feed_to(double height, bool step = false) {
-    context_.add_motion(where_, {at(height), axis_A_, feed_, false, step});
+    context_.add_motion(where_, {at(height), axis_A_, feed_, false, step_of(step)});
+  }
+  Motion::Step step_of(bool is_step) const {
+    if (!is_step) return Motion::Step::none;
+    return cycle_.kind == Cycle::Kind::peck ? Motion::Step::leaves : Motion::Step::stays;
   }
   void drill() {
     const double clear = cycle_.clear_mm;

@@ -20,7 +20,7 @@ namespace trunnion::post {
 /// What the CL file says of a motion beside its point.
 struct MotionWords {
   cl::Feed feed;
-  bool step = false;  // cl::Motion::step
+  cl::Motion::Step step = cl::Motion::Step::none;
   cl::Motion::Part part{};
   bool operator==(const MotionWords&) const = default;
 };

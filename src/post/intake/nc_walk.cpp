@@ -507,7 +507,7 @@ void NcWalk::take(const nc::Motion& motion) {
   if (!stands_in_travel(end, motion)) return;
   if (at_ && at_->q == end.q) return;
   if (rapid) {
-    const cl::Motion out{pose.tip_P, pose.axis_P, {}, true, false};
+    const cl::Motion out{pose.tip_P, pose.axis_P, {}, true};
     // Under tool-centre-point control it says X, Y and Z together where it is over the part.
     if (at_) {
       // A rapid is not where a path is made better: it goes as the old one did, and hits nothing that that
@@ -531,9 +531,9 @@ void NcWalk::take(const nc::Motion& motion) {
     }
   } else {
     if (down)
-      put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, feed_of(motion.feed), false, false});
+      put(motion.source, cl::Motion{pose.tip_P, pose.axis_P, feed_of(motion.feed), false});
     else if (says_its_way(end, motion.source))
-      put_way(end, {pose.tip_P, pose.axis_P, feed_of(end, motion), false, false},
+      put_way(end, {pose.tip_P, pose.axis_P, feed_of(end, motion), false},
               origin_.path == FromPath::motion
                   ? pieces_to(end, {keep_.reading.arc_tolerance_mm, keep_.chords_rad()})
                   : 1.0,
@@ -615,13 +615,12 @@ void NcWalk::take(const nc::Arc& arc) {
         cl::ShapeBegin{std::make_shared<cl::Shape>(cl::Shape{.motions = course.xyz_mm.size(), .what = out})});
   }
   for (const auto& xyz : course.xyz_mm)
-    put(arc.source,
-        cl::Motion{pose_at(axis_words_.with_xyz(words, xyz)).tip_P, last.axis_P, feed, false, false});
+    put(arc.source, cl::Motion{pose_at(axis_words_.with_xyz(words, xyz)).tip_P, last.axis_P, feed, false});
   at_ = end;
 }
 
-void NcWalk::put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
-                        SourceRef where) {
+void NcWalk::put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed,
+                        cl::Motion::Step step, SourceRef where) {
   const ToolPose pose = pose_at(axis_words_.with_xyz(words, stroke.xyz_mm));
   put(where, cl::Motion{pose.tip_P, pose.axis_P, stroke.rapid ? cl::Feed{} : feed, stroke.rapid, step});
   if (stroke.dwell_s > 0.0) put(where, cl::Dwell{stroke.dwell_s, {}});
@@ -695,13 +694,17 @@ void NcWalk::take(const nc::Hole& hole) {
       std::any_of(strokes.begin(), deepest, [&](const auto& s) { return !is_above(s); }) ||
       !is_above({true, {mm(hole.from, nc::AxisLetter::X), mm(hole.from, nc::AxisLetter::Y), 0.0}, 0.0});
   for (; stroke != deepest && !is_above(*stroke); ++stroke)
-    put_stroke(*stroke, words, {}, false, hole.source);
+    put_stroke(*stroke, words, {}, cl::Motion::Step::none, hole.source);
   if (keep_.reading.mark_shapes || is_tap)
     put_shape(hole, words, across, static_cast<std::size_t>(strokes.end() - stroke));
   // Steps begin with the first feed.
   const auto begins = std::find_if(stroke, strokes.end(), [](const nc::Stroke& s) { return !s.rapid; });
-  for (; stroke != strokes.end(); ++stroke)
-    put_stroke(*stroke, words, feed, hole.step > 0 && stroke >= begins && stroke < deepest, hole.source);
+  const auto in_steps =
+      hole.kind == nc::Hole::Kind::peck ? cl::Motion::Step::leaves : cl::Motion::Step::stays;
+  for (; stroke != strokes.end(); ++stroke) {
+    const bool is_step = hole.step > 0 && stroke >= begins && stroke < deepest;
+    put_stroke(*stroke, words, feed, is_step ? in_steps : cl::Motion::Step::none, hole.source);
+  }
   at_ = in_force_.end_at(words);
 }
 

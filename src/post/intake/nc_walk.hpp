@@ -82,8 +82,8 @@ class NcWalk {
   /// False, with a message: what the program means by this cut its ends do not say.
   bool says_its_way(const BlockEnd& end, SourceRef where);
   void put_way(const BlockEnd& end, const cl::Motion& last, double pieces, SourceRef where);
-  void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed, bool step,
-                  SourceRef where);
+  void put_stroke(const nc::Stroke& stroke, const JointVector& words, const cl::Feed& feed,
+                  cl::Motion::Step step, SourceRef where);
   /// The spindle as a tapping cycle turns it; false, with a message, where it contradicts what was said.
   bool put_spindle_of(const nc::Hole& tap);
   void put_shape(const nc::Hole& hole, const JointVector& words, bool across, std::size_t motions);

@@ -20,8 +20,8 @@ class QueuedRecords : public cl::RecordSource {
     std::size_t count = 0;
     for (; count < cuts.size() && next_ < queue_.size(); ++next_, ++count) {
       const auto* motion = std::get_if<cl::Motion>(&queue_[next_].data);
-      if (motion == nullptr || motion->rapid || motion->step || motion->part.share < 1.0 ||
-          (count > 0 && motion->feed != feed))
+      if (motion == nullptr || motion->rapid || motion->step != cl::Motion::Step::none ||
+          motion->part.share < 1.0 || (count > 0 && motion->feed != feed))
         break;
       feed = motion->feed;
       cuts[count] = {motion->tip_P, motion->axis_P, queue_[next_].where};

@@ -49,7 +49,7 @@ struct Target {
   Vec3 axis_P = Vec3::UnitZ();
   std::uint32_t line = 0;
   bool rapid = false;
-  bool step = false;      // cl::Motion::step
+  cl::Motion::Step step = cl::Motion::Step::none;
   bool ends_cut = false;  // a rapid, another tool or a turned table comes behind it
   double along_mm = 0.0;  // way of the tip from the start of the file, from point to point
   double way_mm = 0.0;    // of it from the point before

@@ -540,7 +540,9 @@ void MachineJudge::judge_swing(const Vertex& v) {
   constexpr double kRounding_rad = 1e-4;
   const Vertex& from = *ends_.previous;
   const Target* target = path_.target();
-  const bool is_asked = target != nullptr && target->rapid && !progress_.away;
+  // Before a tool change no turn is asked for: it belongs to the safe height.
+  const bool is_asked = target != nullptr && target->rapid && !progress_.away &&
+                        !program_judge_->wants_another_tool(path_.next());
   // What leaves from a place that is not known is followed by SafeWalk.
   if (v.from_unknown || v.up || (is_asked && (!turns_in_place(v) || path_.hits(v, *target)))) return;
   const SafeHeight& safe = judged_.machine.safe;
@@ -812,11 +814,12 @@ bool MachineJudge::comes_back(const Vertex& v) {
 
 bool MachineJudge::drills(const Vertex& v) {
   std::size_t end = path_.next();
-  if (end >= points().size() || !points()[end].step) {
+  if (end >= points().size() || points()[end].step == cl::Motion::Step::none) {
     progress_.drilled_mm = 0.0;
     return false;
   }
-  while (end < points().size() && points()[end].step) ++end;
+  const bool leaves = points()[end].step == cl::Motion::Step::leaves;
+  while (end < points().size() && points()[end].step != cl::Motion::Step::none) ++end;
   if (end == points().size()) return false;
   const Target& top = points()[at().segment];
   const Target& bottom = points()[end];
@@ -837,6 +840,15 @@ bool MachineJudge::drills(const Vertex& v) {
   record_.take_deviation(meter().of(*ends_.previous, v, {highest, bottom}, as_run_.state, {}));
   const double too_deep_mm = depth_mm - progress_.drilled_mm - (v.rapid ? 0.0 : deepest_step_mm);
   if (too_deep_mm > 0.0) record_.take_deviation({{0.0, too_deep_mm}, {0.0, 0.0}});
+  const double up_from_mm = down.dot(ends_.previous->tip_P - top.tip_P);
+  if (program_judge_ && leaves && v.rapid && depth_mm < up_from_mm &&
+      depth_mm > options().tolerance_mm + words_rounding_mm()) {
+    program_judge_->find(CheckOf::rapids, v.nc_line, [&] {
+      return "the tool stays " + fixed_text(depth_mm, 3) +
+             " mm deep in the hole between two steps; the CL file takes it out, chips with it" +
+             cl_line(bottom.line);
+    });
+  }
   if (!v.rapid) progress_.drilled_mm = std::max(progress_.drilled_mm, depth_mm);
   // What is left to a control's last step may be less than the tolerance.
   const bool reached = !v.rapid && v.to_bottom && depth_mm > length_mm - options().tolerance_mm;
@@ -845,7 +857,7 @@ bool MachineJudge::drills(const Vertex& v) {
     progress_.drilled_mm = 0.0;
   }
   record_.end_cut(v, bottom.line, reached);
-  if (program_judge_ && !v.rapid) program_judge_->comes_to(end);
+  if (program_judge_ && !v.rapid) program_judge_->drills_to(end);
   return true;
 }
 

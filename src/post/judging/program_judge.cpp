@@ -236,6 +236,7 @@ void ProgramJudge::check_states(const Cut& cut, const Covered& covered, std::uin
 }
 
 void ProgramJudge::rapid_to(std::size_t point, std::uint32_t nc_line) {
+  told_.take_new_cutter();
   check_pauses(point, nc_line);
   const AskedState& asked = asked_.at(number(point));
   check_place(asked, nc_line);

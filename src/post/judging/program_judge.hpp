@@ -65,11 +65,15 @@ class ProgramJudge {
   void cut(const Place& from, const Place& to) { cut_ = {from, to, false}; }
   /// It comes to a place of the path from outside: the motion to this CL point is the next to be cut.
   void comes_to(std::size_t point) { cut_ = {{point - 1}, {point - 1, 1.0}, true}; }
+  /// As `comes_to`, in a stroke of a hole that has steps.
+  void drills_to(std::size_t point) { cut_ = {{point - 1}, {point - 1, 1.0}, true, {}, true}; }
   /// As `comes_to`, to the place that it has left. Where two motions meet, what is said for the second stands
   /// before or behind the way out and back.
   void comes_back(std::size_t point, const Place& at);
   /// Asked::stops_before, of this point.
   bool stops_before(std::size_t point) const { return asked_.stops_before(number(point)); }
+  /// The motion to this CL point is one with another tool.
+  bool wants_another_tool(std::size_t point) const { return asked_.at(number(point)).tool != told_.tool(); }
   /// How long the block at hand lasts: what it is told about is judged.
   void lasts(const Pace& pace, std::uint32_t nc_line);
   /// What blocks keep to whose pace is surely that of the CL file, whatever the digits of F: a cheap test
@@ -166,6 +170,7 @@ class ProgramJudge {
     Place from, to;
     bool outside = false;
     std::optional<std::size_t> beside{};  // the motion that meets the covered one where it comes back
+    bool in_hole = false;
   };
   struct Covered {
     std::size_t first = 0, last = 0;

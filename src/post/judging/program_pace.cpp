@@ -151,8 +151,16 @@ void ProgramJudge::lasts(const Pace& pace, std::uint32_t nc_line) {
   cut_.reset();
   const Covered motions = covered(cut);
   check_states(cut, motions, nc_line);
+  if (told_.take_new_cutter() && !cut.outside && motions.first < motions.last) {
+    find(CheckOf::path, nc_line, [&] {
+      return "the motion in which the control goes to the compensated path, or leaves it, ends beyond that "
+             "of the CL file" +
+             cl_line(points_[motions.first].line) + ": the wear would be made up for along the wall";
+    });
+  }
   const Rates rates = rates_of(cut, motions);
-  if (rates.known && pace.seconds > 0.0) return check_pace(pace, rates, motions.last, !cut.outside, nc_line);
+  if (rates.known && pace.seconds > 0.0)
+    return check_pace(pace, rates, motions.last, !cut.outside || cut.in_hole, nc_line);
   if (rates.known && cut.outside) return check_feed_word(pace, rates, motions.last, nc_line);
   if (cut.outside) return;
   const InverseShare share = inverse_share(cut, motions);

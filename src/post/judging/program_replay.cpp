@@ -111,6 +111,7 @@ void ProgramReplay::take(const nc::Motion& motion, const nc::VariableMotion* ter
     from_unknown_ = true;
     return take_partly(motion);
   }
+  in_force_.leaves_contour = false;
   BlockEnd v = in_force_.end_at(words);
   v.nc_line = motion.source.line;
   const bool walks = walk_.wholly(v.q, rapid, v.tcp, in_force_.kinematics, v.nc_line);
@@ -130,7 +131,7 @@ void ProgramReplay::take(const nc::Motion& motion, const nc::VariableMotion* ter
 
 void ProgramReplay::take(const nc::MotionRun& run) {
   const bool may = !from_unknown_ && !walk_.goes_on() && in_force_.are_joints() && !in_force_.compensates &&
-                   (run.mask & axis_words_.all) == axis_words_.all;
+                   !in_force_.leaves_contour && (run.mask & axis_words_.all) == axis_words_.all;
   Done done;
   std::size_t first = run.count;
   for (std::size_t i = 0; i < judges_.size(); ++i) {
@@ -157,6 +158,7 @@ std::optional<double> ProgramReplay::length_of(std::uint32_t tool) const {
 }
 
 void ProgramReplay::take(const nc::ToolCall& call) {
+  if (in_force_.plane) walk_.find_plane(line());
   walk_.forget(line());
   tool_was_called_ = true;
   if (controller_.tool_change_s > 0.0) hand_on(nc::Dwell{std::llround(controller_.tool_change_s * 1000.0)});
@@ -224,7 +226,8 @@ void ProgramReplay::take_partly(const nc::Motion& motion) {
   auto moved = static_cast<std::uint16_t>(motion.words.mask & axis_words_.linear);
   if (z_of_plane) moved = static_cast<std::uint16_t>(moved & ~z_word);
   if (xy_of_plane) moved = static_cast<std::uint16_t>(moved & ~xy);
-  if (in_part && moved != 0) walk_.sideways(in_force_.tcp && !in_force_.plane, motion.source.line);
+  if (in_part && moved != 0)
+    walk_.sideways(in_force_.tcp && !in_force_.plane, (motion.words.mask & xy) == xy, motion.source.line);
   if (in_part && says_z && !z_of_plane) walk_.loses_height();
   JointVector q = in_force_.joints_of(words);
   if (!in_force_.shift.is_idle()) q = in_force_.shift.joints(q, false);

@@ -97,6 +97,47 @@ void SafeWalk::check_turn(const JointVector& q, const Known& known, std::uint32_
   }
 }
 
+bool SafeWalk::turns(const JointVector& q) const {
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (machine_.axes[id].kind == AxisKind::rotary && !(known_[id] && std::abs(q[id] - q_[id]) <= kTurn_rad))
+      return true;
+  }
+  return false;
+}
+
+// On the way to a cut. Under tool-centre-point control the tip goes straight on the table that turns, and
+// takes the linear axes with it.
+void SafeWalk::check_swing(const JointVector& q, bool tcp, const TableKinematics& kinematics,
+                           std::uint32_t nc_line) {
+  constexpr int kPlaces = 32;
+  if (!z_ || !machine_.safe.z_mm()) return;
+  if (!machine_.safe.is_safe(q[*z_], side_slack_mm_))
+    return find(nc_line,
+                "a rotary axis turns while the tool comes down to a cut, to machine Z " + in_mm(q[*z_]));
+  if (!tcp) return;
+  for (AxisId id = 0; id < machine_.axes.size(); ++id) {
+    if (!known_[id])
+      return find(nc_line,
+                  "a rotary axis turns under tool-centre-point control from a place that is not known");
+  }
+  const Vec3 from_P = kinematics.pose(q_).tip_P;
+  const Vec3 to_P = kinematics.pose(q).tip_P;
+  double lowest_mm = q[*z_];
+  for (int i = 1; i < kPlaces; ++i) {
+    const double t = static_cast<double>(i) / kPlaces;
+    const JointVector even = JointVector::interpolate(q_, q, t);
+    const TableKinematics::Sines sines = kinematics.sines(even);
+    const Vec3 off_P = from_P + t * (to_P - from_P) - kinematics.tip_P(even, sines);
+    const double z_mm = even[*z_] + away() * kinematics.to_machine(off_P, sines)[2];
+    if (away() * (lowest_mm - z_mm) > 0.0) lowest_mm = z_mm;
+  }
+  if (!machine_.safe.is_safe(lowest_mm, side_slack_mm_))
+    find(nc_line,
+         "a rotary axis turns under tool-centre-point control at the safe height, and takes machine "
+         "Z down to " +
+             in_mm(lowest_mm) + " on the way");
+}
+
 void SafeWalk::check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line) {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     const Axis& axis = machine_.axes[id];
@@ -142,7 +183,7 @@ void SafeWalk::partly(const JointVector& q, const Known& known, bool linear_foll
     find(nc_line, "the tool comes down where not all axes are known to stand: " + height_text());
 }
 
-void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
+void SafeWalk::sideways(bool tcp, bool both, std::uint32_t nc_line) {
   note_motion(nc_line);
   partly_since_ = true;
   if (tcp) find(nc_line, "X, Y or Z moves under tool-centre-point control from a place that is not known");
@@ -151,7 +192,7 @@ void SafeWalk::sideways(bool tcp, std::uint32_t nc_line) {
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if (machine_.axes[id].kind == AxisKind::rotary || (z_ && id == *z_)) continue;
     known_[id] = false;
-    free_[id] = true;
+    free_[id] = both;
   }
 }
 
@@ -179,6 +220,7 @@ bool SafeWalk::wholly(const JointVector& q, bool rapid, bool tcp, const TableKin
   Known all{};
   all.fill(true);
   check_turn(q, all, nc_line);
+  if (partly_since_ && turns(q)) check_swing(q, tcp, kinematics, nc_line);
   double sideways_mm = 0.0;
   for (AxisId id = 0; id < machine_.axes.size(); ++id) {
     if (machine_.axes[id].kind == AxisKind::rotary || (z_ && id == *z_) || free_[id]) continue;

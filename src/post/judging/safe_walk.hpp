@@ -26,13 +26,20 @@ class SafeWalk {
   bool is_up() const { return at_height(side_slack_mm_); }
   /// The axis is sent to this machine position; nothing: the words do not say to which.
   void retract(AxisId axis, const std::optional<double>& to, std::uint32_t nc_line);
+  /// A tool is changed in a tilted plane.
+  void find_plane(std::uint32_t nc_line) {
+    find(
+        nc_line,
+        "the tool is changed in a tilted plane: what the control does for it would go along the tilted axes");
+  }
   /// A tool change: the control may move any axis.
   void forget(std::uint32_t nc_line);
   /// A motion at whose end only some axes are known. `linear_follow`: tool-centre-point control is on.
   void partly(const JointVector& q, const Known& known, bool linear_follow, std::uint32_t nc_line);
   /// X and Y move by words of the part from which no more is known: in a tilted plane at one height of
-  /// machine Z, under tool-centre-point control at any.
-  void sideways(bool tcp, std::uint32_t nc_line);
+  /// machine Z, under tool-centre-point control at any. `both`: where each goes is said; of one alone it is
+  /// not known where the other one stands.
+  void sideways(bool tcp, bool both, std::uint32_t nc_line);
   /// Axes at these positions, as far as they are `known`, stand within their travel.
   void check_travel(const JointVector& q, const Known& known, std::uint32_t nc_line);
   /// Z moves to where the words alone do not say.
@@ -63,6 +70,9 @@ class SafeWalk {
   double away() const { return machine_.safe.away < 0 ? -1.0 : 1.0; }
   std::string height_text() const;
   void check_turn(const JointVector& q, const Known& known, std::uint32_t nc_line);
+  /// A rotary axis goes to another place, or comes from one that is not known.
+  bool turns(const JointVector& q) const;
+  void check_swing(const JointVector& q, bool tcp, const TableKinematics& kinematics, std::uint32_t nc_line);
   void check_table(const JointVector& q, bool tcp, const TableKinematics& kinematics, std::uint32_t nc_line);
 
   const Machine& machine_;

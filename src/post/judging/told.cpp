@@ -39,7 +39,10 @@ void Told::take(const nc::Block& block) {
                    ? 0U
                    : coolant_.value_or(0U) | (1U << static_cast<unsigned>(coolant->kind));
   if (const auto* mode = std::get_if<nc::PathMode>(&block)) path_mode_ = *mode;
+  if (std::holds_alternative<nc::Retract>(block) || std::holds_alternative<nc::ToolCall>(block))
+    cutter_is_new_ = false;
   if (const auto* cutter = std::get_if<nc::CutterCompensation>(&block)) {
+    cutter_is_new_ = cutter_.side != cutter->side;
     cutter_ = *cutter;
     if (cutter_.side != nc::CutterSide::off) wear_registers_.insert(cutter_.number);
   }

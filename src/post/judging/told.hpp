@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "trunnion/nc/blocks.hpp"
@@ -28,6 +29,8 @@ class Told {
   const std::optional<unsigned>& coolant() const { return coolant_; }  // bit per kind
   const std::optional<nc::PathMode>& path_mode() const { return path_mode_; }
   const nc::CutterCompensation& cutter() const { return cutter_; }
+  /// Compensation was switched on or off, and no motion has come since; asked once.
+  bool take_new_cutter() { return std::exchange(cutter_is_new_, false); }
   /// Registers of wear so far that are entries of tools which the program loads, where the control takes the
   /// diameter of an entry (Controller::wear_register_is_tool).
   std::vector<std::int64_t> wear_of_tools() const;
@@ -43,6 +46,7 @@ class Told {
   std::optional<unsigned> coolant_ = 0U;  // a program begins without
   std::optional<nc::PathMode> path_mode_;
   nc::CutterCompensation cutter_;
+  bool cutter_is_new_ = false;
   std::set<std::int64_t> tools_, wear_registers_;  // all of the program so far
 };
 

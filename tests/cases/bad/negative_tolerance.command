@@ -1,5 +1,5 @@
 # exit: 2
-# expect: --tolerance-mm: -1 is not above 0
+# expect: error: --tolerance-mm: -1 is not above 0
 post
 @GOOD@
 -m

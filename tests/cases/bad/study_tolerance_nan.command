@@ -1,5 +1,5 @@
 # exit: 2
-# expect: --tolerance-mm: nan is not a number
+# expect: error: --tolerance-mm: nan is not a number
 study
 nonlinear
 @GOOD@

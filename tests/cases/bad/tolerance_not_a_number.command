@@ -1,5 +1,5 @@
 # exit: 2
-# expect: --tolerance-mm: two is not a number
+# expect: error: --tolerance-mm: two is not a number
 post
 @GOOD@
 -m

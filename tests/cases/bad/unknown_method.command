@@ -1,5 +1,5 @@
 # exit: 2
-# expect: --nonlinear: magic not in {none,reinsert,subtract,adaptive}
+# expect: error: --nonlinear: magic not in {none,reinsert,subtract,adaptive}
 post
 @GOOD@
 -m
