@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "trunnion/diagnosis/diagnose.hpp"
@@ -114,6 +115,44 @@ TEST(Twins, NoRunIsPromisedThatCannotDecide) {
     EXPECT_GT(d.next->wrong_after, 0.3) << d.next->why;
   }
   EXPECT_NE(what_next(d).find("presetter"), std::string::npos) << what_next(d);
+}
+
+// As people write them.
+Dataset with_rounded_positions(const Machine& machine, Dataset data) {
+  std::vector<MachineState> states;
+  for (std::size_t i = 0; i < data.track.size(); ++i) {
+    states.push_back(data.track.state(i));
+    for (AxisId a = 0; a < machine.axes.size(); ++a)
+      if (machine.axes[a].kind == AxisKind::linear)
+        states.back().q[a] = std::round(1000.0 * states.back().q[a]) / 1000.0;
+  }
+  Dataset out = make_dataset(data.context, states, data.rows, data.readings);
+  out.files = data.files;
+  return out;
+}
+
+// What an offset of C does to a ball on the table is another place of the ball. What is left of it is the
+// rounding of the positions, which followed whatever was missing: right files were accused of another unit.
+TEST(Twins, AnOffsetThatBallsCannotSeeFollowsNoRounding) {
+  const Machine machine = test::thermal_machine("trunnion_offset");
+  std::string balls;
+  for (const char* place : {"[80, 0, 60]", "[0, 90, 120]", "[-60, -30, 40]"})
+    balls +=
+        std::string("[[run]]\nid = \"ball ") + place +
+        "\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" + kEveryDirection +
+        "grid = { A_deg = [-20, 10, 40, 70, 95], C_deg = [0, 47, 95, 141, 188, 235, 283, 330] }\nball_mm = " +
+        place + "\n";
+  const std::string known = "[model]\nname = \"known\"\n" + effect_of("zero_offset:C", "C0C_urad = 43\n") +
+                            effect_of("sag:A", "A_sin_urad = -12\nY_sin_um = -6\nZ_cos_um = -4\n");
+  const std::string hidden =
+      effect_of("component:EBC", "cos1_urad = 25\nsin1_urad = -20\ncos2_urad = 9\nsin2_urad = 12\n");
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Dataset data =
+        with_rounded_positions(machine, test::measured(machine, balls, known + hidden, seed));
+    const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, known));
+    EXPECT_EQ(d.verdict, Verdict::named) << seed << told(d);
+    EXPECT_EQ(d.effects, std::vector<std::string>{"component:EBC"}) << seed << told(d);
+  }
 }
 
 // What is in both explanations with the same values is added; the rest stays open.

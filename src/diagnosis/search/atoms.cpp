@@ -18,9 +18,10 @@
 namespace trunnion::diagnosis {
 namespace {
 
-// Part of a column (of its whitened length) below which the base imitates it: rounding stays at 1e-12, and an
-// effect that must be 100 000 times its visible part is not tested but guessed.
-constexpr double kImitated = 1e-5;
+// Part of a column (of its whitened length) below which the base imitates it: that of the positions stays
+// below (as kRankTolerance of the fit), and an effect that must be 30 000 times its visible part is not
+// tested but guessed.
+constexpr double kImitated = 3e-5;
 constexpr double kScored = 1e-3;    // part of a direction (squared) that a set must leave for it to be scored
 constexpr double kBound = 2.5;      // standard deviations: 99 % of good readings lie within
 constexpr int kFewestForRough = 4;  // outliers: fewer say nothing of those below the limit

@@ -15,7 +15,10 @@ namespace {
 std::string conventions_text(const std::vector<Bookkeeping>& all) {
   std::string out;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    if (k > 0) out += " Or, and these readings cannot tell the two apart: ";
+    // Positions of each of these runs lead its ball about: each has to be put right.
+    const bool both = k > 0 && all[k].wandered_mm > 0.0 && all[k].convention.run &&
+                      all[k - 1].convention.run && *all[k].convention.run != *all[k - 1].convention.run;
+    if (k > 0) out += both ? " And: " : " Or, and these readings cannot tell the two apart: ";
     out += all[k].words;
   }
   return out;
