@@ -156,6 +156,23 @@ TEST(Cutter, TheWaysInAndOutEndWhereTheyAreAskedTo) {
 
 // Its whole diameter would count: in a program that was edited so, as its CL file, and of a tool that comes
 // later.
+// A lead-in along the wall has nothing that thinning needs, but for the end of the way in.
+TEST(Cutter, ThinningKeepsTheEndsOfTheWaysInAndOut) {
+  const std::string cl =
+      "LOADTL/7\nSPINDL/1200,CLW\nRAPID\nGOTO/0,-20,60,0,0,1\nFEDRAT/300,MMPM\nGOTO/0,-20,10\nCUTCOM/"
+      "LEFT,27\n"
+      "GOTO/0,0,10\nGOTO/0,20,10\nGOTO/0,40,10\nCUTCOM/OFF\nGOTO/0,60,10\nGOTO/0,80,10\nRAPID\nGOTO/0,80,60\n"
+      "FINI\n";
+  PostOptions options = wear();
+  options.nonlinear.thin = true;
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) {
+    const auto p = test::posted(cl, test::shipped_machine("trunnion_offset"), options, control);
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    EXPECT_TRUE(p.report->verification->passed()) << control << p.nc;
+    EXPECT_EQ(p.nc.find("Y20"), std::string::npos) << control << p.nc;  // thinned
+  }
+}
+
 TEST(Cutter, AnEntryOfAToolIsNoWear) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const auto says_so = [](const Result<VerifyReport>& report) {

@@ -71,6 +71,15 @@ TEST_F(EditedAroundTheCut, AHoleThatBeginsBelowItsR) {
   }
 }
 
+// Half way between two words an approach is rounded otherwise than the words of the cycle.
+TEST_F(EditedAroundTheCut, HeightsHalfWayBetweenWordsAreNotBelow) {
+  const std::string cl =
+      "LOADTL/4,LENGTH,120.5\nSPINDL/500,CLW\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\n"
+      "CYCLE/DRILL,DEPTH,10.0005,MMPM,100,CLEAR,1.0005\nGOTO/-9.8505,-4.5725,17.3175\n"
+      "GOTO/-9.8505,3.4275,17.5205\nGOTO/-19.8505,3.4275,17.7205\nCYCLE/OFF\nRAPID\nGOTO/0,0,60\nFINI\n";
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) right(cl, control);
+}
+
 // 60 mm deep in steps of 3: chips that stay in the hole jam the drill.
 TEST_F(EditedAroundTheCut, AHoleInStepsIsOfItsKindAndFeed) {
   const std::string cl = part("CYCLE/DEEP,DEPTH,60,STEP,3,MMPM,120,CLEAR,2\n");

@@ -12,6 +12,8 @@
 namespace trunnion::nc {
 namespace {
 
+constexpr double kTwoWords_mm = 0.002;  // half a digit each, of three decimals, and as much again
+
 constexpr double kFarthestCenter_mm = 1e7;  // far beyond any machine
 
 AxisWords xyz_of(const AxisWords& position) {
@@ -240,11 +242,13 @@ void ShapeReader::run_cycle(const FoundEvent& found) {
   if (found.captures.has(Placeholder::y))
     place.set(AxisLetter::Y, s_.scaled(found, Placeholder::y, decimals));
   place = frame.position_of(place);
-  if (s_.c.cycles.initial_at_start && s_.modal.position[AxisLetter::Z] < hole.clear &&
+  // Of the same height an approach and a cycle may be rounded to words that differ by a digit.
+  const std::int64_t digits = s_.language.format.quanta(AxisLetter::Z, kTwoWords_mm);
+  if (s_.c.cycles.initial_at_start && s_.modal.position[AxisLetter::Z] < hole.clear - digits &&
       ((place.mask & kPlaneWords) != kPlaneWords ||
        place[AxisLetter::X] != s_.modal.position[AxisLetter::X] ||
        place[AxisLetter::Y] != s_.modal.position[AxisLetter::Y] ||
-       (!s_.cycle_return.to_clear.value_or(false) && s_.cycle_return.initial < hole.clear)))
+       (!s_.cycle_return.to_clear.value_or(false) && s_.cycle_return.initial < hole.clear - digits)))
     return s_.error(found.column,
                     "a drilling cycle from below its R: the control goes across there, and may return there");
   s_.modal.cycle = hole;

@@ -138,6 +138,10 @@ std::size_t SegmentMaker::cutting_run_end(std::size_t first, std::size_t event) 
     return !chunk.points[i].rapid && chosen[i].q_leave == chosen[i].q &&
            chunk.words_at(i).feed.mode != cl::FeedMode::inverse;
   };
+  // The motion in which the control goes to the compensated path, or leaves it, ends where the CL file's
+  // does.
+  for (std::size_t e = event; e > 0 && events[e - 1].before == first; --e)
+    if (std::holds_alternative<cl::CutterCompensation>(events[e - 1].record.data)) return first;
   if (work_.at.approaches || !work_.at.known || !cuts(first)) return first;
   std::size_t last = first;
   while (last + 1 < chunk.size() && cuts(last + 1) && !chosen[last + 1].reconfigure &&
