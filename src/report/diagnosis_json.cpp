@@ -101,6 +101,7 @@ ordered_json bookkeeping_json(const std::vector<Bookkeeping>& all) {
     if (!b.axes.empty()) one["axes"] = b.axes;
     if (!b.components.empty()) one["components"] = b.components;
     if (!b.run.empty()) one["run"] = b.run;
+    if (!b.file.empty()) one["file"] = b.file;
     if (!b.quantity.empty()) one["quantity"] = b.quantity;
     if (c.kind == ConventionKind::unit) {
       one["factor"] = c.factor;

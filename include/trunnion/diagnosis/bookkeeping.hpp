@@ -34,6 +34,7 @@ struct Convention {
   std::vector<AxisId> axes;        // the one that turns; the two that are swapped or stacked; in another unit
   std::vector<int> components;     // of n, 0 to 2: the two that are swapped, or the one with the wrong sign
   std::optional<std::size_t> run;  // of Dataset::context; nothing: all
+  std::optional<std::size_t> file;   // of Dataset::files: all of its runs; nothing: all
   std::optional<Quantity> quantity;  // nothing: both
   /// axis_sense: the sign of the data's columns instead of the machine's `direction`; swapped_columns: the
   /// positions alone, not the senses and speeds of motion with them.
@@ -47,12 +48,15 @@ struct Convention {
   double by_s = 0.0;                // the state of time t is the one that stands at t + by_s
   /// time_shift: of each run, the speed before the first that is recorded then; empty: that one.
   std::vector<std::optional<double>> speed_before_rpm;
+
+  /// Not of all readings that were given.
+  bool of_a_part() const { return run.has_value() || file.has_value(); }
 };
 
 /// A convention that explains what effects would have to.
 struct Bookkeeping {
   Convention convention;
-  std::string axis, run, quantity;  // names, as far as the kind has them
+  std::string axis, run, file, quantity;  // names, as far as the kind has them
   std::vector<std::string> axes, components;
   std::vector<std::pair<std::string, double>> by_column;  // position_offset: what to add; mm, deg
   double chi2_before = 0.0, chi2_after = 0.0, dof = 0.0;

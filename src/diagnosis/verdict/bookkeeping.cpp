@@ -127,7 +127,10 @@ bool are_small(const Dataset& data, const std::optional<Quantity>& quantity) {
 bool scales_to_nothing(const Convention& c, const Dataset& data) {
   if (c.kind != ConventionKind::unit || !c.axes.empty() || c.factor >= 1.0 || c.with_uncertainty)
     return false;
-  return hardly_scatter(scatter_over_uncertainty(data, c.quantity, c.run), c.factor);
+  if (!c.file) return hardly_scatter(scatter_over_uncertainty(data, c.quantity, c.run), c.factor);
+  Dataset of_file = data;
+  std::erase_if(of_file.readings, [&](const Reading& r) { return !concerns(data, r, c); });
+  return hardly_scatter(scatter_over_uncertainty(of_file, c.quantity, {}), c.factor);
 }
 
 struct Trial {
@@ -233,9 +236,8 @@ class Judge {
     if (c.kind == ConventionKind::tool_length || c.kind == ConventionKind::time_shift) free = 1.0;
     free += static_cast<double>(runs_with_lost_speeds(data_, c).size());
     // Of two that explain the same the one that changes fewer readings.
-    const auto changed = std::count_if(data_.readings.begin(), data_.readings.end(), [&](const Reading& r) {
-      return (!c.quantity || r.quantity == *c.quantity) && (!c.run || data_.run_of(r) == *c.run);
-    });
+    const auto changed = std::count_if(data_.readings.begin(), data_.readings.end(),
+                                       [&](const Reading& r) { return concerns(data_, r, c); });
     const double readings = static_cast<double>(data_.readings.size());
     return free * std::log(readings) + static_cast<double>(changed) / readings;
   }
@@ -375,7 +377,7 @@ class Judge {
     t.with_found = with_lost(least_figures(o, core_found, scale), lost);
     // Of one run, and where all that was found does as well beside it: else one effect less does not either.
     const auto fewer_may = [&] {
-      return t.what.run && t.with_found.deviance < found_as_given_.deviance + kEvidence;
+      return t.what.of_a_part() && t.with_found.deviance < found_as_given_.deviance + kEvidence;
     };
     std::vector<std::pair<Model, FitCore>> fewer;
     for (std::size_t k = 0; fewer_may() && k < columns_without_.size(); ++k) {
@@ -422,7 +424,7 @@ class Judge {
     return t.fewer <= as_found + kThousandToOne || falls(as_given_, t.base, kHelps) ||
            (!said_clean_ && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
            (t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
-            (small_readings_ || t.what.run));
+            (small_readings_ || t.what.of_a_part()));
   }
 
   // Each kind of clock shift once, at its best moment. Effects found beside the wrong clock suit it, so the
@@ -499,7 +501,7 @@ class Judge {
         c.factor = f.factor;
       }
       const bool known = std::any_of(all.begin(), all.end(), [&](const Trial& t) {
-        return t.what.kind == c.kind && t.what.run == c.run && t.what.factor == c.factor &&
+        return t.what.kind == c.kind && t.what.run == c.run && !t.what.file && t.what.factor == c.factor &&
                t.what.with_uncertainty == c.with_uncertainty;
       });
       if (!known) all.push_back(tried(c));
@@ -512,7 +514,7 @@ class Judge {
     // Readings that hardly scatter are cured by no other unit than a larger one.
     const auto cures = [&](const Convention& c) {
       return c.kind != ConventionKind::unit || !c.axes.empty() || !small_readings_ ||
-             (c.factor > 1.0 && !c.with_uncertainty && (c.run || are_small(data_, c.quantity)));
+             (c.factor > 1.0 && !c.with_uncertainty && (c.of_a_part() || are_small(data_, c.quantity)));
     };
     std::erase_if(all, [&](const Trial& t) {
       return scales_to_nothing(t.what, data_) || !cures(t.what) ||
@@ -529,7 +531,7 @@ class Judge {
     add_runs(all);
     // Both sides go on searching.
     if (!said_clean_ && found_columns_ > 0.0 &&
-        std::any_of(all.begin(), all.end(), [](const Trial& t) { return t.what.run.has_value(); }))
+        std::any_of(all.begin(), all.end(), [](const Trial& t) { return t.what.of_a_part(); }))
       found_ = with(found_, search_(machine_, data_, found_).additions);
     std::vector<Accepted> accepted;
     for (const Trial& t : all) {
@@ -561,7 +563,7 @@ class Judge {
   std::optional<Accepted> judged(const Trial& t) const {
     const Dataset known = with_known_state(data_, t.what);
     const PutRight right = put_right(machine_, model_, known, t.what);
-    const Diagnosis beside = searched(right, t.what.run.has_value());
+    const Diagnosis beside = searched(right, t.what.of_a_part());
     std::vector<bool> flags = beside.base.outlier;
     if (static_cast<double>(std::count(flags.begin(), flags.end(), true)) >
         kMostOddReadings * static_cast<double>(flags.size()))
@@ -595,7 +597,7 @@ class Judge {
     const bool far_nearer =
         better >= kMuchBetter && (after.reduced() < kNearlyNoise || better >= kOverwhelming);
     // A further effect is missing beside the run that is put right, and is small.
-    const bool little_stays = t.what.run && share > kNearlyAll && after.reduced() < kNoise &&
+    const bool little_stays = t.what.of_a_part() && share > kNearlyAll && after.reduced() < kNoise &&
                               needed_effects <= best_effects && evidence >= kMoreEvidence;
     Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance +
                                                          after.parameters * n + selection(needed_effects)};
@@ -718,7 +720,7 @@ class Judge {
   static void add(std::vector<Bookkeeping>& out, Bookkeeping b) {
     const bool known = std::any_of(out.begin(), out.end(), [&](const Bookkeeping& o) {
       return o.convention.kind == b.convention.kind && o.axis == b.axis && o.run == b.run &&
-             o.axes == b.axes && o.components == b.components && o.quantity == b.quantity;
+             o.file == b.file && o.axes == b.axes && o.components == b.components && o.quantity == b.quantity;
     });
     if (!known) out.push_back(std::move(b));
   }
@@ -737,6 +739,7 @@ class Judge {
                                  c.by_position[k] * (rotary ? kDegreePerRad : 1.0));
     }
     if (c.run) out.run = data_.context.runs[*c.run].id;
+    if (c.file) out.file = data_.files[*c.file];
     if (c.quantity) out.quantity = *c.quantity == Quantity::displacement ? "displacement" : "rotation";
     out.chi2_before = before.chi2;
     out.chi2_after = after.chi2;

@@ -31,6 +31,9 @@ std::vector<Convention> conventions(const Machine& machine, const Dataset& data,
 std::vector<Convention> columns_of_single_runs(const Machine& machine, const Dataset& data,
                                                const Model& model);
 
+/// The convention is about this reading.
+bool concerns(const Dataset& data, const Reading& r, const Convention& c);
+
 /// Names of the files that hold readings of one run.
 std::string files_of_run(const Dataset& data, std::size_t run);
 

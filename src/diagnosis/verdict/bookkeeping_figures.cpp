@@ -5,6 +5,7 @@
 #include "trunnion/base/median.hpp"
 
 #include "diagnosis/fit/usual_size.hpp"
+#include "diagnosis/verdict/bookkeeping.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -43,7 +44,7 @@ double of_scale(const Convention& c, const Dataset& data) {
   if (c.kind != ConventionKind::unit || !c.axes.empty() || c.only_uncertainty) return 0.0;
   double count = 0.0;
   for (const Reading& r : data.readings)
-    if ((!c.quantity || r.quantity == *c.quantity) && (!c.run || data.run_of(r) == *c.run)) count += 1.0;
+    if (concerns(data, r, c)) count += 1.0;
   return -2.0 * count * std::log(c.factor);
 }
 

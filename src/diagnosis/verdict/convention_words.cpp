@@ -24,6 +24,10 @@ std::string listed_files(const Dataset& data, const std::optional<std::size_t>& 
   return run ? files_of_run(data, *run) : listed_files(data.files);
 }
 
+std::string listed_files(const Dataset& data, const Convention& c) {
+  return c.file ? data.files[*c.file] : listed_files(data, c.run);
+}
+
 std::string column(const Machine& machine, const std::string& axis) {
   const auto id = machine.axis(axis);
   const bool linear = id && machine.axes[*id].kind == AxisKind::linear;
@@ -58,19 +62,19 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
       (by >= 100.0 ? fixed_text(by, 0) : short_number(by)) + " times too " + (f >= 1.0 ? "small" : "large");
   if (!b.axes.empty())
     return "The positions in " + joined_columns(machine, b.axes) +
-           (b.run.empty() ? "" : " of run '" + b.run + "'") + " in " + listed_files(data, b.convention.run) +
+           (b.run.empty() ? "" : " of run '" + b.run + "'") + " in " + listed_files(data, b.convention) +
            " are " + times + ": they are in another unit than the column says";
   const std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   const std::string of = b.run.empty() ? "" : " of run '" + b.run + "'";
   if (b.convention.only_uncertainty)
     return "`u_random` and `u_common` of the " + (b.quantity.empty() ? "" : b.quantity + " ") + "readings" +
-           of + " in " + listed_files(data, b.convention.run) + " are " + times +
+           of + " in " + listed_files(data, b.convention) + " are " + times +
            ": the readings are as large as those of the other runs, so only their uncertainties are in "
            "another unit";
   const std::string arcsec = is_factor(f, kUradPerArcsec)         ? " (arcsec where it says urad)"
                              : is_factor(f, 1.0 / kUradPerArcsec) ? " (urad where it says arcsec)"
                                                                   : "";
-  return what + of + " in " + listed_files(data, b.convention.run) + " are " + times +
+  return what + of + " in " + listed_files(data, b.convention) + " are " + times +
          (b.convention.with_uncertainty ? ", with their uncertainties" : " (`value`, against u_random)") +
          ": they are in another unit than `unit` says" + arcsec;
 }
@@ -78,7 +82,7 @@ std::string unit_words(const Bookkeeping& b, const Machine& machine, const Datas
 std::string sense_words(const Bookkeeping& b, const Dataset& data) {
   std::string what = b.quantity.empty() ? "All readings" : "All " + b.quantity + " readings";
   if (!b.run.empty()) what = "The readings of run '" + b.run + "'";
-  return what + " in " + listed_files(data, b.convention.run) +
+  return what + " in " + listed_files(data, b.convention) +
          " have the wrong sign: `value` is actual minus nominal, of the tool relative to the part, along n";
 }
 
@@ -90,8 +94,10 @@ std::string offsets(const Bookkeeping& b) {
   return out;
 }
 
-bool says_part(const Dataset& data) {
-  return !data.readings.empty() && data.readings.front().frame == SensitivityFrame::part;
+bool says_part(const Dataset& data, const Convention& c) {
+  const auto first = std::find_if(data.readings.begin(), data.readings.end(),
+                                  [&](const Reading& r) { return concerns(data, r, c); });
+  return first != data.readings.end() && first->frame == SensitivityFrame::part;
 }
 
 std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& data) {
@@ -145,9 +151,9 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
              "tool "
              "relative to the part, along n";
     case ConventionKind::frame:
-      return "The column frame of " + listed_files(data) +
+      return "The column frame" + of_run + " in " + listed_files(data, c) +
              " is wrong: the directions n are given in the axes of the " +
-             (says_part(data) ? "machine, not of the part" : "part, not of the machine");
+             (says_part(data, c) ? "machine, not of the part" : "part, not of the machine");
     case ConventionKind::position_offset:
       return "The positions in " + joined_columns(machine, b.axes) + of_run + " in " +
              listed_files(data, c.run) + " count from another zero than the machine file: add " + offsets(b) +

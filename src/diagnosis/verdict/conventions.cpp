@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
@@ -44,7 +46,7 @@ bool beyond_instruments(const Convention& c, const Dataset& data) {
     if (c.quantity && *c.quantity != q) continue;
     std::vector<double> sizes;
     for (const Reading& r : data.readings)
-      if (r.quantity == q && (!c.run || data.run_of(r) == *c.run)) sizes.push_back(std::abs(r.value));
+      if (r.quantity == q && concerns(data, r, c)) sizes.push_back(std::abs(r.value));
     if (!sizes.empty() &&
         c.factor * median(sizes) > (q == Quantity::displacement ? kLargest_mm : kLargest_rad))
       return true;
@@ -68,6 +70,7 @@ class Listed {
     units();
     offsets();
     clocks();
+    of_files();
     return std::move(out_);
   }
 
@@ -118,8 +121,26 @@ class Listed {
     for (const AxisId a : machine_.rotary_axes())
       if (!stands_still(data_, a)) {
         add(ConventionKind::frame);
+        frames_of_runs();
         return;
       }
+  }
+  // A run in which no rotary axis turns has its part turned, at most, and shows no other frame.
+  void frames_of_runs() {
+    constexpr std::size_t kMostRuns = 12;
+    const std::size_t runs = data_.context.runs.size();
+    if (runs < 2 || runs > kMostRuns) return;
+    std::vector<std::optional<MachineState>> first(runs);
+    std::vector<bool> turns(runs);
+    for (const Reading& r : data_.readings) {
+      const MachineState now = data_.track.state(r.row);
+      auto& before = first[now.run];
+      if (!before) before = now;
+      for (const AxisId a : machine_.rotary_axes())
+        turns[now.run] = turns[now.run] || now.q[a] != before->q[a];
+    }
+    for (std::size_t run = 0; run < runs; ++run)
+      if (turns[run]) add(ConventionKind::frame).run = run;
   }
   void swaps() {
     for (AxisId a = 0; a < machine_.axes.size(); ++a)
@@ -243,6 +264,27 @@ class Listed {
     if (!recorded) return;
     for (const double step : kClockSteps)
       for (const double by : {step, -step}) add(ConventionKind::time_shift).by_s = by;
+  }
+
+  // What whoever wrote one file of several does in all runs of it.
+  void of_files() {
+    constexpr std::size_t kMostFiles = 8;
+    std::map<std::size_t, std::set<std::size_t>> runs;
+    for (const Reading& r : data_.readings) runs[data_.rows[r.row].file].insert(data_.run_of(r));
+    if (runs.size() < 2 || runs.size() > kMostFiles) return;
+    const std::vector<Convention> of_all = out_;
+    for (const auto& [file, of_file] : runs) {
+      if (of_file.size() < 2) continue;
+      for (const Convention& c : of_all) {
+        const bool of_readings = c.kind == ConventionKind::unit && c.axes.empty() && !c.quantity;
+        const bool of_one_quantity = c.kind == ConventionKind::unit && c.axes.empty() && !both_;
+        if (c.of_a_part() || !(of_readings || of_one_quantity || c.kind == ConventionKind::frame ||
+                               (c.kind == ConventionKind::reading_sense && !c.quantity)))
+          continue;
+        out_.push_back(c);
+        out_.back().file = file;
+      }
+    }
   }
 
   const Machine& machine_;

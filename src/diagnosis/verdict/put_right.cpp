@@ -4,6 +4,8 @@
 #include "trunnion/diagnosis/bookkeeping.hpp"
 #include "trunnion/effects/deviation.hpp"
 
+#include "diagnosis/verdict/bookkeeping.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -33,12 +35,8 @@ struct Parts {
   }
 };
 
-bool concerns(const Dataset& data, const Reading& r, const Convention& c) {
-  return (!c.run || data.run_of(r) == *c.run) && (!c.quantity || r.quantity == *c.quantity);
-}
-
 bool of_its_run(const Parts& parts, std::size_t row, const Convention& c) {
-  return !c.run || parts.states[row].run == *c.run;
+  return (!c.run || parts.states[row].run == *c.run) && (!c.file || parts.rows[row].file == *c.file);
 }
 
 void turn_axis(MachineState& s, AxisId a) {
@@ -135,6 +133,11 @@ void scale_readings(Parts& parts, const Dataset& data, const Convention& c) {
 
 }  // namespace
 
+bool concerns(const Dataset& data, const Reading& r, const Convention& c) {
+  return (!c.run || data.run_of(r) == *c.run) && (!c.file || data.rows[r.row].file == *c.file) &&
+         (!c.quantity || r.quantity == *c.quantity);
+}
+
 PutRight put_right(const Machine& machine, const Model& model, const Dataset& data, const Convention& c) {
   PutRight out{machine, model, data};
   if (c.kind == ConventionKind::axis_sense && !c.in_file) {
@@ -191,8 +194,10 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       for (Reading& r : parts.readings) r.n[c.components.front()] = -r.n[c.components.front()];
       break;
     case ConventionKind::frame:
-      for (Reading& r : parts.readings)
+      for (Reading& r : parts.readings) {
+        if (!concerns(data, r, c)) continue;
         r.frame = r.frame == SensitivityFrame::part ? SensitivityFrame::machine : SensitivityFrame::part;
+      }
       break;
     case ConventionKind::position_offset:
       move_positions(parts, c);

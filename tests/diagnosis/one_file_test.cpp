@@ -1,0 +1,80 @@
+#include "trunnion/diagnosis/diagnose.hpp"
+
+#include "diagnosis/campaigns.hpp"
+
+// What whoever wrote one file of several does in all runs of it: another frame, another unit. None of it is
+// physics, and no single run shows it alone.
+namespace trunnion::diagnosis {
+namespace {
+
+const std::string kOfTheMachine =
+    "[[effect]]\nid = \"backlash:A\"\n[effect.parameters]\nb_urad = 40\n"
+    "[[effect]]\nid = \"component:EBC\"\n[effect.parameters]\ncos1_urad = 25\nsin1_urad = -20\n";
+
+struct TwoFiles {
+  Machine machine = test::shipped_machine("trunnion_offset");
+  Dataset data;
+
+  // The first ball and the lines stand in one file, the two other balls in another.
+  explicit TwoFiles(std::uint64_t seed) {
+    std::string plan;
+    for (const auto& [id, ball] : {std::pair{"one", "[80, 0, 60]"}, std::pair{"two", "[0, 90, 120]"},
+                                   std::pair{"three", "[-60, -30, 40]"}})
+      plan +=
+          std::string("[[run]]\nid = \"") + id +
+          "\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\nn = [[1, 0, 0], "
+          "[0, 1, 0], [0, 0, 1]]\ngrid = { A_deg = [-20, 10, 40, 70, 95, 70, 40, 10, -20], C_deg = [0, 47, "
+          "95, 141, 188, 235, 283, 330] }\nball_mm = " +
+          ball + "\n";
+    for (const auto& [id, axis, n] :
+         {std::tuple{"x", "X", "[[1, 0, 0]]"}, std::tuple{"y", "Y", "[[0, 1, 0]]"}})
+      plan += test::sweep_run(id, axis, -240, 240, 21, n, "displacement", {});
+    data = test::measured(machine, plan, "[model]\nname = \"m\"\n" + kOfTheMachine, seed);
+    data.files = {"a.csv", "b.csv"};
+    for (Reading& r : data.readings) data.rows[r.row].file = is_of_second(r) ? 1 : 0;
+  }
+  bool is_of_second(const Reading& r) const {
+    const std::string& run = data.context.runs[data.run_of(r)].id;
+    return run == "two" || run == "three";
+  }
+  Diagnosis said() const {
+    return diagnose(
+        machine, data,
+        test::model_for(machine, data, "[model]\nname = \"m\"\n[[effect]]\nid = \"component:EBC\"\n"));
+  }
+};
+
+void expect_of_second_file(const Diagnosis& d, ConventionKind kind) {
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, kind) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().file, "b.csv") << d.paragraph;
+  EXPECT_NE(d.paragraph.find("b.csv"), std::string::npos) << d.paragraph;
+}
+
+TEST(LongOneFile, TheFrameOfItsDirections) {
+  TwoFiles files(1);
+  for (Reading& r : files.data.readings)
+    if (files.is_of_second(r)) r.frame = SensitivityFrame::part;
+  expect_of_second_file(files.said(), ConventionKind::frame);
+}
+
+TEST(LongOneFile, MillimetresForMicrometres) {
+  TwoFiles files(2);
+  for (Reading& r : files.data.readings)
+    if (files.is_of_second(r)) {
+      r.value *= 1000.0;
+      r.u_random *= 1000.0;
+      if (r.u_common) *r.u_common *= 1000.0;
+    }
+  expect_of_second_file(files.said(), ConventionKind::unit);
+}
+
+TEST(LongOneFile, RightFilesAreNotAccused) {
+  const Diagnosis d = TwoFiles(3).said();
+  EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
+  EXPECT_EQ(d.effects, std::vector<std::string>{"backlash:A"}) << d.paragraph;
+  EXPECT_TRUE(d.bookkeeping.empty()) << d.paragraph;
+}
+
+}  // namespace
+}  // namespace trunnion::diagnosis
