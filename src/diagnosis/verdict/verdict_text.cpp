@@ -405,6 +405,7 @@ std::string not_told_apart_text(const std::vector<std::vector<std::string>>& set
       of_others = of_others || !tool;
     }
   std::vector<std::string> names;
+  names.reserve(sets.size());
   for (const auto& set : sets) names.push_back(listed(set, " with "));
   std::string out = "No standard run tells " + listed(names, " and ") +
                     " apart: one can do what the other does in each of them.";
