@@ -58,6 +58,16 @@ TEST(LongOneFile, TheFrameOfItsDirections) {
   expect_of_second_file(files.said(), ConventionKind::frame);
 }
 
+TEST(LongOneFile, TheFrameOfASingleRun) {
+  TwoFiles files(4);
+  for (Reading& r : files.data.readings)
+    if (files.data.context.runs[files.data.run_of(r)].id == "three") r.frame = SensitivityFrame::part;
+  const Diagnosis d = files.said();
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::frame) << d.paragraph;
+  EXPECT_EQ(d.bookkeeping.front().run, "three") << d.paragraph;
+}
+
 TEST(LongOneFile, MillimetresForMicrometres) {
   TwoFiles files(2);
   for (Reading& r : files.data.readings)

@@ -267,5 +267,16 @@ TEST(HoleCalls, DwellsInBothSpellings) {
   EXPECT_EQ(dwell("linuxcnc", "G4 P2"), 2000);
 }
 
+// They vanished without a word: a way out, a hole.
+TEST(HoleCalls, WhatFollowsATildeSetsAValue) {
+  for (const char* line : {"L Z+100 R0 FMAX", "41 L Z+100 R0 FMAX", "CYCL CALL", "M5"})
+    EXPECT_THAT(
+        refused("heidenhain_tnc640",
+                klartext("CYCL DEF 201 REAMING ~\nQ200=2 ~\n" + std::string(line) +
+                         "\nQ201=-20 ~\nQ206=80 ~\nQ211=0 ~\nQ208=0 ~\nQ203=0 ~\nQ204=30\nCYCL CALL\n")),
+        HasSubstr("behind '~'"))
+        << line;
+}
+
 }  // namespace
 }  // namespace trunnion::nc

@@ -139,7 +139,10 @@ TEST(Cutter, TheWaysInAndOutEndWhereTheyAreAskedTo) {
       "GOTO/0,0,10\nGOTO/0,40,10\nCUTCOM/OFF\nGOTO/0,60,10\nGOTO/0,80,10\nRAPID\nGOTO/0,80,60\nFINI\n";
   for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) {
     const auto p = test::posted(cl, machine, wear(), control);
-    ASSERT_TRUE(p.report && p.report->verification->passed()) << control << p.nc;
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    Diagnostics none;
+    const auto as_written = judged(p.nc, cl, none, control);
+    ASSERT_TRUE(as_written && as_written->passed()) << control << p.nc;
     for (const std::string word : {"G41 D24 ", "G40 "}) {
       std::string nc = p.nc;
       const auto at = nc.rfind(word);
@@ -149,13 +152,14 @@ TEST(Cutter, TheWaysInAndOutEndWhereTheyAreAskedTo) {
       nc.erase(at + word.size(), nc.find_first_of("XY", end) - at - word.size());
       Diagnostics d;
       const auto report = judged(nc, cl, d, control);
-      EXPECT_FALSE(report && report->passed()) << control << ": " << word << nc;
+      ASSERT_TRUE(report) << control << ": " << word << nc;
+      const Check& path = report->checks[static_cast<std::size_t>(CheckOf::path)];
+      ASSERT_FALSE(path.places.empty()) << control << ": " << word << nc;
+      EXPECT_NE(path.places.front().what.find("ends beyond"), std::string::npos) << path.places.front().what;
     }
   }
 }
 
-// Its whole diameter would count: in a program that was edited so, as its CL file, and of a tool that comes
-// later.
 // A lead-in along the wall has nothing that thinning needs, but for the end of the way in.
 TEST(Cutter, ThinningKeepsTheEndsOfTheWaysInAndOut) {
   const std::string cl =
@@ -173,6 +177,8 @@ TEST(Cutter, ThinningKeepsTheEndsOfTheWaysInAndOut) {
   }
 }
 
+// Its whole diameter would count: in a program that was edited so, as its CL file, and of a tool that comes
+// later.
 TEST(Cutter, AnEntryOfAToolIsNoWear) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const auto says_so = [](const Result<VerifyReport>& report) {

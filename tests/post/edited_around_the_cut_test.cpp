@@ -106,6 +106,59 @@ TEST_F(EditedAroundTheCut, AHoleInStepsIsOfItsKindAndFeed) {
   EXPECT_TRUE(test::verified(nc, broken, machine_, 0.01, "fanuc_30i")->passed());
 }
 
+// LinuxCNC's interpreter ends at each of these, with the tool in the part.
+TEST_F(EditedAroundTheCut, WordsThatStopTheControlInTheCut) {
+  const std::string cl = part(kDrill);
+  const std::string nc = right(cl, "linuxcnc");
+  for (const char* words : {"G80", "(ABORT,x)", "(abort,x)"})
+    expect_found(cl, "linuxcnc", edited(nc, "G1 Z20", "X", words), words);
+}
+
+constexpr const char* kTiltedTools =
+    "PARTNO/FIVE\nUNITS/MM\nMULTAX/ON\nLOADTL/4,LENGTH,120.5\nSPINDL/8000,CLW\nRAPID\nGOTO/"
+    "30,0,60,0.6,0,0.8\n"
+    "FEDRAT/400,MMPM\nGOTO/30,0,20,0.6,0,0.8\nGOTO/20,10,20,0.3,0.3,0.905539\nRAPID\n"
+    "GOTO/20,10,60,0.3,0.3,0.905539\nLOADTL/5,LENGTH,80\nSPINDL/8000,CLW\nRAPID\nGOTO/-30,0,60,0,0,1\n"
+    "FEDRAT/400,MMPM\nGOTO/-30,0,20,0,0,1\nRAPID\nGOTO/-30,0,60,0,0,1\nFINI\n";
+
+// Under tool-centre-point control the tip goes straight on the table that turns: machine Z goes down half
+// way.
+TEST_F(EditedAroundTheCut, AnAxisThatTurnsOnTheWayToACut) {
+  options_ = {};
+  options_.rtcp = true;
+  std::string nc = right(kTiltedTools, "fanuc_30i");
+  const auto replace = [&](const std::string& what, const std::string& by) {
+    const auto at = nc.find(what);
+    ASSERT_NE(at, std::string::npos) << what << nc;
+    nc.replace(at, what.size(), by);
+  };
+  replace(" G0 A36.87 C90.", " G0 A120. C90.");
+  replace("G43.4 H4 ", "G0 A36.87 C90. G43.4 H4 ");
+  expect_found(kTiltedTools, "fanuc_30i", nc, "A turns in the block of G43.4");
+}
+
+// The next tool asks for A0; below the safe height nobody does.
+TEST_F(EditedAroundTheCut, ATurnForTheNextToolBelowTheSafeHeight) {
+  options_ = {};
+  options_.rtcp = true;
+  const std::string nc = right(kTiltedTools, "siemens_840d_sl");
+  expect_found(kTiltedTools, "siemens_840d_sl", edited(nc, "A25.1041", "TRAFOOF", "A0"),
+               "A0 before the retract");
+}
+
+TEST_F(EditedAroundTheCut, OneOfXAndYInATiltedPlane) {
+  options_ = {};
+  options_.tilted_plane = true;
+  const std::string cl =
+      "PARTNO/SL\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/3000,CLW\nRAPID\nGOTO/0,-200,60,0,0,1\n"
+      "FEDRAT/400,MMPM\nGOTO/0,-200,50\nRAPID\nGOTO/0,-200,60,0,0,1\nRAPID\nGOTO/30,0,60.0,0.6,0.0,0.8\n"
+      "GOTO/30.0,0.0,40.0,0.6,0.0,0.8\nGOTO/22.0,10.0,46.0,0.6,0.0,0.8\nRAPID\nGOTO/"
+      "40,30,70,0.6,0.0,0.8\nFINI\n";
+  const std::string nc = right(cl, "fanuc_30i");
+  for (const char* words : {"X0.", "Y12."})
+    expect_found(cl, "fanuc_30i", edited(nc, "G53.1", "X", words, true), words);
+}
+
 // F is modal, and in tapping it is the pitch: the second thread would have been cut with another one.
 TEST_F(EditedAroundTheCut, AnFBetweenTwoHolesIsThatOfTheNext) {
   for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"})

@@ -380,6 +380,14 @@ TEST(OffsetOutput, VariablesAreClampedAndSlewedByTheProgram) {
   EXPECT_FALSE(offset_post(blades(4, true), machine, &table, setting).report->verification->passed());
 }
 
+// As a verification reads it.
+bool reads_whole(const nc::Controller& c, const std::string& nc) {
+  Diagnostics d;
+  nc::ReaderOptions options;
+  options.whole_program = true;
+  return nc::read_program(c, nc, "p.nc", d, options).has_value();
+}
+
 // The control keeps its variables when it is switched off.
 TEST(OffsetOutput, VariablesBeginAtNothing) {
   const Machine machine = machine_with_offset();
@@ -392,12 +400,7 @@ TEST(OffsetOutput, VariablesBeginAtNothing) {
     const OffsetPost p = offset_post(blades(4, false), machine, &table, setting);
     ASSERT_TRUE(p.report) << control << p.report.error().text();
     const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
-    const auto reads = [&](const std::string& nc) {
-      Diagnostics d;
-      nc::ReaderOptions options;
-      options.whole_program = true;
-      return nc::read_program(c, nc, "p.nc", d, options).has_value();
-    };
+    const auto reads = [&](const std::string& nc) { return reads_whole(c, nc); };
     EXPECT_TRUE(reads(p.nc)) << control << p.nc;
     for (const std::string& line : c.run_time.begin) {
       const auto at = p.nc.find(line + "\n");
@@ -426,10 +429,7 @@ TEST(OffsetOutput, LinesOfTheCalculationStandInTheirOrder) {
     const auto reads = [&](const std::vector<std::string>& lines) {
       std::string nc;
       for (const std::string& line : lines) nc += line + "\n";
-      Diagnostics d;
-      nc::ReaderOptions options;
-      options.whole_program = true;
-      return nc::read_program(c, nc, "p.nc", d, options).has_value();
+      return reads_whole(c, nc);
     };
     std::vector<std::string> lines;
     std::istringstream in(p.nc);
