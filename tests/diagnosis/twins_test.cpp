@@ -6,6 +6,7 @@
 #include "trunnion/diagnosis/improve.hpp"
 
 #include "diagnosis/campaigns.hpp"
+#include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/verdict/verdict_text.hpp"
 
 // Explanations that move the machine alike: which they are, what no run decides, and which run alone shows an
@@ -152,6 +153,8 @@ TEST(Twins, AnOffsetThatBallsCannotSeeFollowsNoRounding) {
     const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, known));
     EXPECT_EQ(d.verdict, Verdict::named) << seed << told(d);
     EXPECT_EQ(d.effects, std::vector<std::string>{"component:EBC"}) << seed << told(d);
+    const FitCore fit = fit_core(Observations(machine, data), test::model_for(machine, data, known), {});
+    EXPECT_FALSE(fit.determined.front()) << seed;  // the offset of C
   }
 }
 
