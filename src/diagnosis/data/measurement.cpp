@@ -239,7 +239,7 @@ EffectContext context_of(std::vector<RawRow>& rows) {
   return context;
 }
 
-Dataset joined(std::vector<RawRow>& rows, std::vector<std::string> files) {
+Dataset joined_files(std::vector<RawRow>& rows, std::vector<std::string> files) {
   EffectContext context = context_of(rows);
   std::vector<std::vector<std::size_t>> by_time(context.runs.size());
   for (std::size_t i = 0; i < rows.size(); ++i) by_time[rows[i].state.run].push_back(i);
@@ -329,7 +329,7 @@ Result<Dataset> parse_measurements(std::span<const NamedText> files, const Machi
     all.insert(all.end(), std::make_move_iterator(rows.begin()), std::make_move_iterator(rows.end()));
   }
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
-  Dataset out = joined(all, std::move(names));
+  Dataset out = joined_files(all, std::move(names));
   if (out.readings.empty())
     return fail(ErrorCode::wrong_input, "no row has a value: nothing was measured",
                 files.empty() ? "" : files.front().file);

@@ -13,18 +13,18 @@ namespace {
 
 constexpr Eigen::Index kFewest = 60;        // readings: fewer say little of a variance that changes
 constexpr std::size_t kFewestOfLevel = 12;  // the same of one run or quantity
-constexpr std::size_t kMostTerms = 3;
+constexpr std::size_t kMostCauses = 3;
 constexpr double kSure = 20.0;       // of -2 ln likelihood, beyond ln(readings) for each parameter (BIC)
 constexpr double kLeastLeft = 0.2;   // of a reading's variance that base, set and surrogate must leave it
 constexpr double kMostSquare = 9.0;  // of the variance, that one reading may say: outliers do not decide
 constexpr double kPriorOfTerm =
     0.25;  // weight of a term's being 0: e times in ln of the variance, twice, is usual
-constexpr double kWorthIt = 1.5;   // factor below which weights change nothing
-constexpr double kOfMost = 0.95;   // share of the readings whose factor that is judged by
-constexpr double kOfLeast = 0.25;  // share of the readings that scatter least
+constexpr double kWorthWeights = 1.5;  // factor below which weights change nothing
+constexpr double kOfMost = 0.95;       // share of the readings whose factor that is judged by
+constexpr double kOfLeast = 0.25;      // share of the readings that scatter least
 constexpr double kMostFactor = 20.0;
-constexpr double kScattersMore = 1.2;  // factor from which a reading is asked for its neighbours
-constexpr double kAlike = 2.0;         // standard deviations from which neighbours are alike
+constexpr double kScattersMore = 1.2;     // factor from which a reading is asked for its neighbours
+constexpr double kAlikeNeighbours = 2.0;  // standard deviations from which neighbours are alike
 
 struct Term {
   std::string name;
@@ -163,7 +163,7 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
   MatrixXd columns(o.size(), 0);
   Variance now = fitted(columns, squares, counted);
   UnevenScatter out;
-  while (out.depends_on.size() < kMostTerms && !terms.empty()) {
+  while (out.depends_on.size() < kMostCauses && !terms.empty()) {
     double best_gain = 0.0;
     std::size_t best = 0;
     Variance best_fit;
@@ -189,7 +189,7 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
   sigma.reserve(counted.size());
   for (const Eigen::Index i : counted) sigma.push_back(std::sqrt(now.values[i]));
   const double least = quantile(sigma, kOfLeast);
-  if (quantile(sigma, kOfMost) < kWorthIt * least) return std::nullopt;
+  if (quantile(sigma, kOfMost) < kWorthWeights * least) return std::nullopt;
   std::vector<bool> more(static_cast<std::size_t>(o.size()), false);
   for (Eigen::Index i = 0; i < o.size(); ++i) {
     const double factor = std::clamp(std::sqrt(now.values[i]) / least, 1.0, kMostFactor);
@@ -198,7 +198,7 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
   }
   for (const Eigen::Index i : counted)
     more[static_cast<std::size_t>(i)] = out.factor[static_cast<std::size_t>(i)] > kScattersMore;
-  if (company(o, more, e.cwiseQuotient(now.values.cwiseSqrt())) > kAlike) return std::nullopt;
+  if (company(o, more, e.cwiseQuotient(now.values.cwiseSqrt())) > kAlikeNeighbours) return std::nullopt;
   return out;
 }
 

@@ -207,7 +207,7 @@ void add_others(const Variable& v, std::size_t number, std::vector<FormulaTerm>&
   add_gates(v, number, to);
 }
 
-std::string joined(const std::string& a, const std::string& b) {
+std::string product_text(const std::string& a, const std::string& b) {
   return a.empty() ? b : b.empty() ? a : a + "*" + b;
 }
 
@@ -229,7 +229,7 @@ std::string Variable::place_text() const {
 std::string Variable::text_of(const TermGate& gate) const {
   std::string out;
   if (gate.above) out = "(" + place_text() + " > " + digits(*gate.above) + ")";
-  if (gate.below) out = joined(out, "(" + place_text() + " < " + digits(*gate.below) + ")");
+  if (gate.below) out = product_text(out, "(" + place_text() + " < " + digits(*gate.below) + ")");
   return out;
 }
 
@@ -249,7 +249,7 @@ FormulaTerm with_gates(const FormulaTerm& term, const std::vector<TermGate>& gat
   out.text = term.ungated_text;
   out.values = term.ungated.size() > 0 ? term.ungated : Eigen::VectorXf::Ones(term.values.size());
   for (const TermGate& g : gates) {
-    out.text = joined(out.text, variables[g.variable].text_of(g));
+    out.text = product_text(out.text, variables[g.variable].text_of(g));
     out.values = out.values.cwiseProduct(variables[g.variable].values_of(g)).eval();
   }
   return out;
@@ -266,7 +266,7 @@ std::optional<FormulaTerm> product(const FormulaTerm& a, const FormulaTerm& b) {
   out.gates.insert(out.gates.end(), b.gates.begin(), b.gates.end());
   if (out.gates.empty()) return out;
   const auto text = [](const FormulaTerm& t) { return t.gates.empty() ? t.text : t.ungated_text; };
-  out.ungated_text = joined(text(a), text(b));
+  out.ungated_text = product_text(text(a), text(b));
   out.ungated = Eigen::VectorXf::Ones(out.values.size());
   for (const FormulaTerm* t : {&a, &b}) {
     if (t->gates.empty())

@@ -9,7 +9,7 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kAlike = 1e-9;
+constexpr double kSameFit = 1e-9;
 
 const EffectFamily* family_of(const std::vector<EffectFamily>& library, const std::string& id) {
   const auto found =
@@ -51,7 +51,7 @@ Model with_best_variants(const Observations& o, Model model) {
       model.effects[e] = as_variant(asked, variant);
       // Of two that these readings cannot tell apart the first.
       const double chi2 = fit_core(o, model, {.robust = false}).chi2();
-      if (chi2 < least * (1.0 - kAlike)) least = chi2, best = model.effects[e];
+      if (chi2 < least * (1.0 - kSameFit)) least = chi2, best = model.effects[e];
     }
     model.effects[e] = std::move(best);
     model.effects[e].variant_given = true;
