@@ -69,6 +69,10 @@ function(trunnion_unite target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${TRUNNION_UNITY_BATCH})
 endfunction()
 
+# Layers that make texts and pages of what others have calculated: nothing in them is hot, and a third of their compilation goes into
+# optimising templates of JSON and texts.
+set(TRUNNION_TEXT_LAYERS probe report)
+
 function(trunnion_add_layer name)
   set(knows ${ARGN})
   set_property(GLOBAL PROPERTY TRUNNION_KNOWS_${name} "${knows}")
@@ -93,7 +97,10 @@ function(trunnion_add_layer name)
   endforeach()
   if(NOT name STREQUAL "base")
     target_link_libraries(${target} ${scope} Eigen3::Eigen)
-    if(sources)
+    if(sources AND name IN_LIST TRUNNION_TEXT_LAYERS)
+      # A precompiled header brings its own -O3 with it.
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    elseif(sources)
       trunnion_precompile(${target} trunnion_geom ${TRUNNION_PCH_HEADERS})
     endif()
   endif()
