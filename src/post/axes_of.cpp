@@ -10,6 +10,7 @@ nc::Controller with_axes_of(const Machine& machine, nc::Controller controller) {
           static_cast<std::uint16_t>(controller.rotary.modulo_axes & ~nc::AxisWords::bit(*letter));
   }
   controller.tcp.unknown_at_start = controller.tcp.switches_kinematics && machine.switchable_kinematics;
+  controller.tcp.has_one_kinematics = controller.tcp.switches_kinematics && !machine.switchable_kinematics;
   return controller;
 }
 

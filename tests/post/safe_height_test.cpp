@@ -574,5 +574,18 @@ TEST(Kinematics, IsSaidWhereTheControlCanSwitch) {
   EXPECT_FALSE(cannot.tcp.unknown_at_start);
 }
 
+// A control with one kinematics stops at M429, in the middle of the cut.
+TEST(Kinematics, AreNotEndedWhereTheControlCannotSwitch) {
+  const Machine cannot = test::shipped_machine("paper");
+  const auto p = test::posted(kTwoTools, cannot);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  ASSERT_TRUE(test::verified(p.nc, kTwoTools, cannot, 0.01));
+  const std::string cut = "\nG1 ";
+  ASSERT_THAT(p.nc, HasSubstr(cut));
+  const auto v = test::verified(replaced(p.nc, cut, "\nM429" + cut), kTwoTools, cannot, 0.01);
+  ASSERT_FALSE(v);
+  EXPECT_THAT(v.error().text(), HasSubstr("'M429', and the program never says 'M428'"));
+}
+
 }  // namespace
 }  // namespace trunnion

@@ -171,6 +171,7 @@ struct Controller {
     /// Which of the two is active where a program begins is not known: it must say so. No key of the file;
     /// follows from the machine.
     bool unknown_at_start = false;
+    bool has_one_kinematics = false;  // on a machine that does not say the control can switch them
   } tcp;
 
   struct Plane {

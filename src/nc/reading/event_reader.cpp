@@ -88,6 +88,8 @@ void EventReader::run(const FoundEvent& found) {
       return run_plane(found);
     case EventKind::plane_off:
       check_origin(found);
+      // Frames change under the tool: no program of ours says it there, and a control may stop.
+      if (!s_.language.others && forbids_tcp(found, "the end of a tilted plane", true)) return;
       if (!s_.modal.plane) return;
       if (s_.language.others) s_.language.others->take_frame_back();
       s_.modal.switch_plane(false);

@@ -114,6 +114,12 @@ Result<void> Reader::finish() {
     ++s.findings.line;
     s.error(0, "the program has no end (" + s.c.program.end.front() + ")");
   }
+  if (s.program.frame && s.findings.errors == 0) {
+    if (const std::string message = s.program.frame->ends(); !message.empty()) {
+      s.findings.line = s.program.frame->first_off_line();
+      s.error(1, message);
+    }
+  }
   if (state_->holes) {
     for (const std::uint32_t line : state_->holes->never_called())
       s.findings.diagnostics.warning(s.findings.file, {line, 1},

@@ -68,6 +68,8 @@ std::string WholeProgram::take(const Pattern& pattern, std::uint32_t line) {
     return expected_by_ + ": the lines of the template follow in another order";
   }
   ends_earlier_.erase(pattern.event.kind);
+  if (pattern.event.kind == EventKind::tcp_on) asks_for_tcp_ = true;
+  if (pattern.event.kind == EventKind::tcp_off && first_off_line_ == 0) first_off_line_ = line;
   // The lines before it are its own, or nothing may stand open.
   if (pattern.others.empty()) {
     said_.clear();
@@ -109,6 +111,15 @@ std::string WholeProgram::moves() {
            "', which ends what an aborted program may have left on (off_at_start of " + controller_.file +
            ")";
   return missing();
+}
+
+// A program that switches shows by it that its control can, whatever the machine file says.
+std::string WholeProgram::ends() const {
+  if (asks_for_tcp_ || first_off_line_ == 0 || !controller_.tcp.has_one_kinematics) return {};
+  return "'" + controller_.tcp.off.back() + "', and the program never says '" + controller_.tcp.on.back() +
+         "': a control that cannot switch its kinematics does not know the word and stops there; if yours "
+         "can, "
+         "say so in the machine file ([machine] switchable_kinematics = true)";
 }
 
 }  // namespace trunnion::nc

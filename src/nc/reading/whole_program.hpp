@@ -26,6 +26,11 @@ class WholeProgram {
   std::string take(const Pattern& pattern, std::uint32_t line);
   /// The line at hand moves the machine.
   std::string moves();
+  /// The text has ended: the words that end tool-centre-point control, in a program that never asks for it,
+  /// stop a control which knows no other kinematics.
+  std::string ends() const;
+  /// Where `ends` says something.
+  std::uint32_t first_off_line() const { return first_off_line_; }
   /// Lines of a template are missing so far.
   bool is_open() const { return !open_.empty() || !expected_.empty(); }
 
@@ -54,7 +59,8 @@ class WholeProgram {
   std::vector<std::string> template_after_, expected_;
   std::vector<SaidLine> followed_;
   std::string expected_by_;
-  bool is_head_ = true;
+  std::uint32_t first_off_line_ = 0;  // of the words that end tool-centre-point control
+  bool asks_for_tcp_ = false, is_head_ = true;
 };
 
 }  // namespace trunnion::nc
