@@ -111,7 +111,7 @@ ordered_json bookkeeping_json(const std::vector<Bookkeeping>& all) {
     if (c.kind == ConventionKind::tool_length) one["by_mm"] = -c.by_mm.z();  // + is longer
     if (c.kind == ConventionKind::tool_offset || c.kind == ConventionKind::ball_offset)
       one["by_mm"] = {c.by_mm.x(), c.by_mm.y(), c.by_mm.z()};
-    if (c.kind == ConventionKind::time_shift) one["by_s"] = c.by_s;
+    if (c.kind == ConventionKind::time_shift) one["by_s"] = c.clock.by_s;
     for (const auto& [column, by] : b.by_column) one["by"][column] = by;
     one["chi2_before"] = b.chi2_before;
     one["chi2_after"] = b.chi2_after;

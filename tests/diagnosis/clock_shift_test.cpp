@@ -29,7 +29,7 @@ struct Shifted {
         5);
     Convention wrong;
     wrong.kind = ConventionKind::time_shift;
-    wrong.by_s = by_s;
+    wrong.clock.by_s = by_s;
     data = put_right(machine, test::model_for(machine, right, kModel), right, wrong).data;
   }
 };
@@ -38,7 +38,7 @@ TEST(ClockShift, LeavesReadingsWithoutAStateWhereSpeedsVary) {
   const Shifted s(0.0);
   Convention c;
   c.kind = ConventionKind::time_shift;
-  c.by_s = -600.0;
+  c.clock.by_s = -600.0;
   const Dataset known = with_known_state(s.data, c);
   // 60 s from one reading to the next of the spindle cycle, three directions; none of the laser's.
   std::size_t lost = 0;
@@ -49,7 +49,7 @@ TEST(ClockShift, LeavesReadingsWithoutAStateWhereSpeedsVary) {
   EXPECT_GT(lost, 0u);
   EXPECT_EQ(s.data.readings.size() - known.readings.size(), lost);
   EXPECT_EQ(runs_with_lost_speeds(s.data, c), std::vector<std::size_t>{0});
-  c.by_s = 600.0;
+  c.clock.by_s = 600.0;
   EXPECT_TRUE(runs_with_lost_speeds(s.data, c).empty());
 }
 
@@ -61,7 +61,7 @@ TEST(ClockShift, IsNamedThoughTheBeginningIsLost) {
     ASSERT_EQ(d.verdict, Verdict::bookkeeping) << by << "\n" << d.paragraph;
     ASSERT_FALSE(d.bookkeeping.empty());
     EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::time_shift) << by;
-    EXPECT_NEAR(d.bookkeeping.front().convention.by_s, -by, 0.15 * std::abs(by) + 60.0);
+    EXPECT_NEAR(d.bookkeeping.front().convention.clock.by_s, -by, 0.15 * std::abs(by) + 60.0);
     EXPECT_TRUE(d.effects.empty());
   }
 }

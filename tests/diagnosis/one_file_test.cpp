@@ -79,6 +79,42 @@ TEST(LongOneFile, MillimetresForMicrometres) {
   expect_of_second_file(files.said(), ConventionKind::unit);
 }
 
+// The values in the user's file are a fifth off those of the machine.
+const std::string kKnownWithValues =
+    "[model]\nname = \"m\"\n[[effect]]\nid = \"component:EBC\"\n[effect.parameters]\ncos1_urad = "
+    "30\nsin1_urad "
+    "= -17\n";
+
+Diagnosis measured_with_compensation(std::uint64_t seed, const std::vector<std::string>& runs) {
+  TwoFiles files(seed);
+  const Model model = test::model_for(files.machine, files.data, kKnownWithValues);
+  for (const std::string& run : runs) {
+    Convention c;
+    c.kind = ConventionKind::compensated;
+    c.effects = model.effects.size();
+    for (std::size_t i = 0; i < files.data.context.runs.size(); ++i)
+      if (files.data.context.runs[i].id == run) c.run = i;
+    // What is put back is taken out here.
+    const Dataset back = put_right(files.machine, model, files.data, c).data;
+    for (std::size_t i = 0; i < files.data.readings.size(); ++i)
+      files.data.readings[i].value = 2.0 * files.data.readings[i].value - back.readings[i].value;
+  }
+  return diagnose(files.machine, files.data, model);
+}
+
+TEST(LongOneFile, MeasuredWhileTheControlCompensates) {
+  const Diagnosis d = measured_with_compensation(5, {"two", "three"});
+  expect_of_second_file(d, ConventionKind::compensated);
+  EXPECT_NE(d.paragraph.find("compensat"), std::string::npos) << d.paragraph;
+  const Diagnosis one = measured_with_compensation(6, {"three"});
+  ASSERT_EQ(one.verdict, Verdict::bookkeeping) << one.paragraph;
+  EXPECT_EQ(one.bookkeeping.front().convention.kind, ConventionKind::compensated) << one.paragraph;
+  EXPECT_EQ(one.bookkeeping.front().run, "three") << one.paragraph;
+  const Diagnosis none = measured_with_compensation(7, {});
+  EXPECT_EQ(none.verdict, Verdict::named) << none.paragraph;
+  EXPECT_EQ(none.effects, std::vector<std::string>{"backlash:A"}) << none.paragraph;
+}
+
 TEST(LongOneFile, RightFilesAreNotAccused) {
   const Diagnosis d = TwoFiles(3).said();
   EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;

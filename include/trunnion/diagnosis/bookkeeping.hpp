@@ -24,9 +24,17 @@ enum class ConventionKind : std::uint8_t {
   stacking_order,   // of two rotary axes that carry the part the other one stands on the bed
   component_sense,  // one component of n has the wrong sign
   frame,            // n is given in the axes of the other frame
-  position_offset   // positions count from another zero than the machine file's
+  position_offset,  // positions count from another zero than the machine file's
+  compensated       // measured while the control took out what the model says
 };
 std::string_view text_of(ConventionKind kind);
+
+/// Temperatures and speeds were recorded by another clock than readings.
+struct ClockShift {
+  double by_s = 0.0;  // the state of time t is the one that stands at t + by_s
+  /// Of each run, the speed before the first that is recorded then; empty: that one.
+  std::vector<std::optional<double>> speed_before_rpm;
+};
 
 /// One convention put right. What does not belong to its kind stays as it is here.
 struct Convention {
@@ -45,9 +53,8 @@ struct Convention {
   Vec3 by_mm = Vec3::Zero();        // what has to be added to the tool vector, or to the part's set-up in P
   bool in_readings = false;         // tool_length: the readings show the offset itself, not its lever alone
   std::vector<double> by_position;  // position_offset: to be added to each of `axes`; mm, rad
-  double by_s = 0.0;                // the state of time t is the one that stands at t + by_s
-  /// time_shift: of each run, the speed before the first that is recorded then; empty: that one.
-  std::vector<std::optional<double>> speed_before_rpm;
+  std::size_t effects = 0;          // compensated: the first ones of the model, which the control took out
+  ClockShift clock;                 // time_shift
 
   /// Not of all readings that were given.
   bool of_a_part() const { return run.has_value() || file.has_value(); }

@@ -261,11 +261,11 @@ class Judge {
     constexpr int kSteps = 2;
     constexpr double kStep_rpm = 1000.0;
     const auto runs = runs_with_lost_speeds(data_, c);
-    c.speed_before_rpm.clear();
+    c.clock.speed_before_rpm.clear();
     if (runs.empty()) return c;
     const Dataset known = with_known_state(data_, c);
-    c.speed_before_rpm.resize(data_.context.runs.size());
-    for (const std::size_t run : runs) c.speed_before_rpm[run] = 0.0;
+    c.clock.speed_before_rpm.resize(data_.context.runs.size());
+    for (const std::size_t run : runs) c.clock.speed_before_rpm[run] = 0.0;
     for (int step = 0; step < kSteps; ++step) {
       const PutRight at = put_right(machine_, model, known, c);
       const Observations here(at.machine, at.data);
@@ -273,7 +273,7 @@ class Judge {
       MatrixXd slope(here.size(), static_cast<Eigen::Index>(runs.size()));
       for (std::size_t k = 0; k < runs.size(); ++k) {
         Convention beside = c;
-        *beside.speed_before_rpm[runs[k]] += kStep_rpm;
+        *beside.clock.speed_before_rpm[runs[k]] += kStep_rpm;
         const PutRight moved = put_right(machine_, model, known, beside);
         slope.col(static_cast<Eigen::Index>(k)) =
             (Observations(moved.machine, moved.data).predicted(core.model) - here.predicted(core.model)) /
@@ -284,7 +284,7 @@ class Judge {
       const VectorXd by = inverse_above(normal, 1e-9 * normal.trace()) * (g.transpose() * core.white);
       if (!by.allFinite()) break;
       for (std::size_t k = 0; k < runs.size(); ++k)
-        *c.speed_before_rpm[runs[k]] += by[static_cast<Eigen::Index>(k)];
+        *c.clock.speed_before_rpm[runs[k]] += by[static_cast<Eigen::Index>(k)];
     }
     return c;
   }
@@ -327,7 +327,7 @@ class Judge {
       case ConventionKind::ball_offset:
         return c.by_mm.norm() >= kLeastOffset_mm && c.by_mm.norm() <= kMostOffset_mm;
       case ConventionKind::time_shift:
-        return std::abs(c.by_s) >= kLeastShift_s;
+        return std::abs(c.clock.by_s) >= kLeastShift_s;
       case ConventionKind::axis_sense:
       case ConventionKind::reading_sense:
       case ConventionKind::swapped_columns:
@@ -336,9 +336,19 @@ class Judge {
       case ConventionKind::component_sense:
       case ConventionKind::frame:
       case ConventionKind::position_offset:
+      case ConventionKind::compensated:
         return true;
     }
     return true;
+  }
+
+  // What the control took out of a run is taken up by the run's set-up: nobody can tell, and it must not
+  // stand in the way of another run.
+  bool changes_nothing(const Trial& t) const {
+    constexpr double kSame = 1.0;  // in -2 ln
+    return t.what.kind == ConventionKind::compensated &&
+           std::abs(t.base.deviance - as_given_.deviance) < kSame &&
+           std::abs(t.with_found.deviance - found_as_given_.deviance) < kSame;
   }
 
   // Readings that a shift of the clock leaves without a state.
@@ -435,7 +445,7 @@ class Judge {
     for (const double sense : {1.0, -1.0}) {  // between the steps of the list the wrong one may look better
       const Trial* best = nullptr;
       for (const Trial& t : trials)
-        if (t.what.kind == ConventionKind::time_shift && t.what.by_s * sense > 0.0 &&
+        if (t.what.kind == ConventionKind::time_shift && t.what.clock.by_s * sense > 0.0 &&
             (best == nullptr || t.excess < best->excess))
           best = &t;
       if (best != nullptr) shifts.push_back(*best);
@@ -448,11 +458,11 @@ class Judge {
     if (std::isfinite(trials.back().excess)) compare(trials.back());
   }
   void refine(Trial& shift) const {
-    double step = 0.4 * std::abs(shift.what.by_s);
+    double step = 0.4 * std::abs(shift.what.clock.by_s);
     for (int k = 0; k < kClockRefinements; ++k, step *= 0.6)
       for (const double by : {step, -step}) {
         Convention c = shift.what;
-        c.by_s += by;
+        c.clock.by_s += by;
         if (Trial t = at_clock(c); t.excess < shift.excess) shift = std::move(t);
       }
   }
@@ -517,7 +527,7 @@ class Judge {
              (c.factor > 1.0 && !c.with_uncertainty && (c.of_a_part() || are_small(data_, c.quantity)));
     };
     std::erase_if(all, [&](const Trial& t) {
-      return scales_to_nothing(t.what, data_) || !cures(t.what) ||
+      return scales_to_nothing(t.what, data_) || !cures(t.what) || changes_nothing(t) ||
              (t.base.reduced() < kLeastNoise && t.with_found.reduced() < kLeastNoise) || !explains(t);
     });
     // Nor does what noise alone would leave too much of.

@@ -40,7 +40,7 @@ Dataset with_known_state(const Dataset& data, const Convention& c) {
   std::erase_if(out.readings, [&](const Reading& r) {
     const MachineState s = data.track.state(r.row);
     const RunClock& run = runs[s.run];
-    const double t = s.time_s + c.by_s;
+    const double t = s.time_s + c.clock.by_s;
     return (run.speeds_vary() || run.states_vary) && (t < run.from_s || t > run.to_s);
   });
   return out;
@@ -48,7 +48,7 @@ Dataset with_known_state(const Dataset& data, const Convention& c) {
 
 std::vector<std::size_t> runs_with_lost_speeds(const Dataset& data, const Convention& c) {
   std::vector<std::size_t> out;
-  if (c.kind != ConventionKind::time_shift || c.by_s >= 0.0) return out;
+  if (c.kind != ConventionKind::time_shift || c.clock.by_s >= 0.0) return out;
   const auto runs = clocks(data);
   for (std::size_t run = 0; run < runs.size(); ++run)
     if (runs[run].speeds_vary()) out.push_back(run);

@@ -8,7 +8,7 @@ namespace trunnion::diagnosis {
 Dataset with_known_state(const Dataset& data, const Convention& time_shift);
 
 /// Runs with a beginning that has no recorded speed, in which speeds vary: what the spindle did there goes on
-/// to act (Convention::speed_before_rpm).
+/// to act (ClockShift::speed_before_rpm).
 std::vector<std::size_t> runs_with_lost_speeds(const Dataset& data, const Convention& time_shift);
 
 }  // namespace trunnion::diagnosis

@@ -139,7 +139,7 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
              "[setup] of the model file";
     case ConventionKind::time_shift:
       return "Temperatures and spindle speed in " + listed_files(data) + " come " +
-             short_number(std::abs(c.by_s)) + " s too " + (c.by_s > 0.0 ? "late" : "early") +
+             short_number(std::abs(c.clock.by_s)) + " s too " + (c.clock.by_s > 0.0 ? "late" : "early") +
              " in the file: two clocks, one of them is off";
     case ConventionKind::stacking_order:
       return b.axes[1] + " carries " + b.axes[0] + ", not " + b.axes[0] + " " + b.axes[1] +
@@ -158,6 +158,13 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return "The positions in " + joined_columns(machine, b.axes) + of_run + " in " +
              listed_files(data, c.run) + " count from another zero than the machine file: add " + offsets(b) +
              " (a program zero, or the zero of another file?)";
+    case ConventionKind::compensated:
+      return (b.run.empty() ? "All runs of " + listed_files(data, c)
+                            : "Run '" + b.run + "' in " + listed_files(data, c)) +
+             " show" + (b.run.empty() ? "" : "s") +
+             " nothing of what the model says, and the others do: measured while the control compensated "
+             "these errors? Measure with compensation off, or leave " +
+             (b.run.empty() ? "that file" : "that run") + " out here";
   }
   return "";
 }

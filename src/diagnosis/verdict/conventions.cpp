@@ -7,6 +7,7 @@
 #include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/fit/observations.hpp"
 #include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
@@ -71,6 +72,7 @@ class Listed {
     offsets();
     clocks();
     of_files();
+    compensation();
     return std::move(out_);
   }
 
@@ -263,7 +265,7 @@ class Listed {
       recorded = recorded || varies(data_, [k](const MachineState& s) { return s.state[k]; });
     if (!recorded) return;
     for (const double step : kClockSteps)
-      for (const double by : {step, -step}) add(ConventionKind::time_shift).by_s = by;
+      for (const double by : {step, -step}) add(ConventionKind::time_shift).clock.by_s = by;
   }
 
   // What whoever wrote one file of several does in all runs of it.
@@ -285,6 +287,34 @@ class Listed {
         out_.back().file = file;
       }
     }
+  }
+
+  // Runs, and files of several, in which the model says more than noise.
+  void compensation() {
+    constexpr std::size_t kMostRuns = 12;
+    constexpr double kShows = 1.0;  // root mean square of what the model says, over the uncertainty
+    const std::size_t runs = data_.context.runs.size();
+    if (runs < 2 || runs > kMostRuns || model_.effects.empty()) return;
+    const VectorXd says = Observations(machine_, data_).predicted(model_);
+    std::vector<double> square(runs), count(runs);
+    std::map<std::size_t, std::set<std::size_t>> of_file;
+    for (std::size_t i = 0; i < data_.readings.size(); ++i) {
+      const Reading& r = data_.readings[i];
+      square[data_.run_of(r)] += std::pow(says[static_cast<Eigen::Index>(i)] / r.u_random, 2);
+      count[data_.run_of(r)] += 1.0;
+      of_file[data_.rows[r.row].file].insert(data_.run_of(r));
+    }
+    const auto shows = [&](std::size_t run) { return square[run] > kShows * kShows * count[run]; };
+    for (std::size_t run = 0; run < runs; ++run)
+      if (shows(run)) add_compensated().run = run;
+    for (const auto& [file, its] : of_file)
+      if (of_file.size() > 1 && its.size() > 1 && std::any_of(its.begin(), its.end(), shows))
+        add_compensated().file = file;
+  }
+  Convention& add_compensated() {
+    Convention& c = add(ConventionKind::compensated);
+    c.effects = model_.effects.size();
+    return c;
   }
 
   const Machine& machine_;
@@ -348,6 +378,8 @@ std::string_view text_of(ConventionKind kind) {
       return "frame";
     case ConventionKind::position_offset:
       return "position_offset";
+    case ConventionKind::compensated:
+      return "compensated";
   }
   return "";
 }

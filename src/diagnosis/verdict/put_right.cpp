@@ -4,6 +4,7 @@
 #include "trunnion/diagnosis/bookkeeping.hpp"
 #include "trunnion/effects/deviation.hpp"
 
+#include "diagnosis/fit/observations.hpp"
 #include "diagnosis/verdict/bookkeeping.hpp"
 
 namespace trunnion::diagnosis {
@@ -82,10 +83,21 @@ void move_part(Parts& parts, const Machine& machine, const Dataset& data, const 
   }
 }
 
+// What the control took out, by the model's values as they are given, is put back.
+void put_compensation_back(Parts& parts, const Machine& machine, const Model& model, const Dataset& data,
+                           const Convention& c) {
+  Model of_control = model;
+  of_control.effects.resize(c.effects);
+  const VectorXd taken_out = Observations(machine, data).predicted(of_control);
+  for (std::size_t i = 0; i < parts.readings.size(); ++i)
+    if (concerns(data, parts.readings[i], c))
+      parts.readings[i].value += taken_out[static_cast<Eigen::Index>(i)];
+}
+
 // Temperatures between two rows are in between; speeds and free states hold. Beyond the run's ends the last
 // ones stay.
 void shift_clock(Parts& parts, std::size_t runs, const Convention& c) {
-  const double by_s = c.by_s;
+  const double by_s = c.clock.by_s;
   std::vector<std::vector<std::size_t>> by_time(runs);
   for (std::size_t i = 0; i < parts.states.size(); ++i) by_time[parts.states[i].run].push_back(i);
   const auto temperatures = parts.temperatures;
@@ -104,8 +116,8 @@ void shift_clock(Parts& parts, std::size_t runs, const Convention& c) {
       const double share = span > 0.0 ? std::clamp((t - states[low].time_s) / span, 0.0, 1.0) : 0.0;
       parts.states[i].spindle_rpm = states[low].spindle_rpm;
       const std::size_t run = states[i].run;
-      if (after == rows.begin() && run < c.speed_before_rpm.size() && c.speed_before_rpm[run])
-        parts.states[i].spindle_rpm = *c.speed_before_rpm[run];
+      if (after == rows.begin() && run < c.clock.speed_before_rpm.size() && c.clock.speed_before_rpm[run])
+        parts.states[i].spindle_rpm = *c.clock.speed_before_rpm[run];
       parts.free_states[i] = free_states[low];
       for (std::size_t k = 0; k < parts.temperatures[i].size(); ++k)
         parts.temperatures[i][k] =
@@ -201,6 +213,9 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       break;
     case ConventionKind::position_offset:
       move_positions(parts, c);
+      break;
+    case ConventionKind::compensated:
+      put_compensation_back(parts, machine, model, data, c);
       break;
     case ConventionKind::stacking_order:  // in the machine alone, above
       break;
