@@ -173,6 +173,40 @@ path::PoleOptions PoleCliOptions::resolve() const {
   return {Angle::degrees(cone_deg), Angle::degrees(min_turn_deg), Angle::degrees(tolerance_deg)};
 }
 
+void OffsetLimitOptions::add_to(CLI::App& c) {
+  c.add_option("--thermal-clamp-um", clamp_um, "largest thermal correction of an axis")
+      ->check(above_zero())
+      ->capture_default_str();
+  c.add_option("--thermal-slew-um-s", slew_um_s,
+               "largest rate of change of the thermal correction of an axis")
+      ->check(above_zero())
+      ->capture_default_str();
+  c.add_option("--thermal-dead-band-um", dead_band_um,
+               "smallest change of the thermal correction that is followed")
+      ->check(between(0.0, kLargestOption))
+      ->capture_default_str();
+}
+
+thermal::OffsetLimits OffsetLimitOptions::resolve() const {
+  thermal::OffsetLimits out;
+  out.clamp_mm = clamp_um * kMmPerUm;
+  out.slew_mm_s = slew_um_s * kMmPerUm;
+  out.dead_band_mm = dead_band_um * kMmPerUm;
+  return out;
+}
+
+void ThermalOutputOptions::add_to(CLI::App& c) {
+  c.add_option("--thermal-output", form,
+               "how thermal offsets are written: as corrected axis values at every point (axis-values); as "
+               "one shift for each operation, of the work offset (work-offset: G10 L2, TRANS) or in addition "
+               "to it (local-shift: G52, TRANS); or read by the program from variables of the control at run "
+               "time (variables: --offsets is then used for the verification only; with --thermal the "
+               "program calculates them from the control's temperatures)")
+      ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift", "variables"}))
+      ->capture_default_str();
+  limits.add_to(c);
+}
+
 cl::ReaderOptions ClCliOptions::resolve() const {
   cl::ReaderOptions out;
   if (msys == "apply") out.frames = cl::ReaderOptions::Frames::apply;
@@ -244,25 +278,7 @@ void PostCliOptions::add_to(CLI::App& c) {
   thermal_option->excludes(offsets_option);
   c.add_option("--temperatures", temperatures,
                "temperature log (CSV) of the run: for --thermal, and for the sensors of --model");
-  c.add_option("--thermal-output", thermal_output,
-               "how thermal offsets are written: as corrected axis values at every point (axis-values); as "
-               "one shift for each operation, of the work offset (work-offset: G10 L2, TRANS) or in addition "
-               "to it (local-shift: G52, TRANS); or read by the program from variables of the control at run "
-               "time (variables: --offsets is then used for the verification only; with --thermal the "
-               "program calculates them from the control's temperatures)")
-      ->check(CLI::IsMember({"axis-values", "work-offset", "local-shift", "variables"}))
-      ->capture_default_str();
-  c.add_option("--thermal-clamp-um", thermal_clamp_um, "largest thermal correction of an axis")
-      ->check(above_zero())
-      ->capture_default_str();
-  c.add_option("--thermal-slew-um-s", thermal_slew_um_s,
-               "largest rate of change of the thermal correction of an axis")
-      ->check(above_zero())
-      ->capture_default_str();
-  c.add_option("--thermal-dead-band-um", thermal_dead_band_um,
-               "smallest change of the thermal correction that is followed")
-      ->check(between(0.0, kLargestOption))
-      ->capture_default_str();
+  thermal_output.add_to(c);
   c.add_option(
        "--arcs", arcs,
        "circles of the CL file: as circles of the control (G2, G3) where it can run them (native), or as "
@@ -344,12 +360,13 @@ Result<post::PostOptions> PostCliOptions::resolve() const {
     return fail(ErrorCode::wrong_use, std::string(one_sided ? "--one-sided" : "--move-programmed-points") +
                                           " belongs to --nonlinear adaptive");
   }
-  if (thermal_output != "axis-values") {
+  if (thermal_output.form != "axis-values") {
     if (offsets.empty() && thermal_model.empty())
       return fail(ErrorCode::wrong_use, "--thermal-output needs --offsets or --thermal");
     // A shift of the work offset turns with the plane in some controls and not in others.
     if (tilted_plane)
-      return fail(ErrorCode::wrong_use, "--thermal-output " + thermal_output + " excludes --tilted-plane");
+      return fail(ErrorCode::wrong_use,
+                  "--thermal-output " + thermal_output.form + " excludes --tilted-plane");
   }
   using path::ChoiceMethod;
   if (choice.starts_with("axis:")) {
@@ -413,9 +430,10 @@ std::string PostCliOptions::text() const {
                     number(axis_tolerance_deg) + " " + nonlinear + " " + predictor + " " + choice + " " +
                     feed + " " + model + " " + offsets + " " + thermal_model + " " + temperatures + " " +
                     shortest_text(default_feed_mm_min) + " " + shortest_text(retract_mm) + " " +
-                    thermal_output + " " + shortest_text(pole.cone_deg) + " " +
+                    thermal_output.form + " " + shortest_text(pole.cone_deg) + " " +
                     shortest_text(pole.min_turn_deg) + " " + shortest_text(pole.tolerance_deg);
-  for (const double limit : {thermal_clamp_um, thermal_slew_um_s, thermal_dead_band_um})
+  for (const double limit :
+       {thermal_output.limits.clamp_um, thermal_output.limits.slew_um_s, thermal_output.limits.dead_band_um})
     out += " " + shortest_text(limit);
   for (const bool flag : {rtcp, tilted_plane, one_sided, thin, move_programmed_points, no_certify, no_verify,
                           accept_deviation, no_geometric, no_thermal}) {
@@ -429,13 +447,11 @@ std::string PostCliOptions::text() const {
 }
 
 void PostCliOptions::set_offset_output(post::PostJob& job) const {
-  job.offset_output = thermal_output == "work-offset"   ? post::OffsetOutput::work_offset
-                      : thermal_output == "local-shift" ? post::OffsetOutput::local_shift
-                      : thermal_output == "variables"   ? post::OffsetOutput::variables
-                                                        : post::OffsetOutput::axis_values;
-  job.offset_limits.clamp_mm = thermal_clamp_um * kMmPerUm;
-  job.offset_limits.slew_mm_s = thermal_slew_um_s * kMmPerUm;
-  job.offset_limits.dead_band_mm = thermal_dead_band_um * kMmPerUm;
+  job.offset_output = thermal_output.form == "work-offset"   ? post::OffsetOutput::work_offset
+                      : thermal_output.form == "local-shift" ? post::OffsetOutput::local_shift
+                      : thermal_output.form == "variables"   ? post::OffsetOutput::variables
+                                                             : post::OffsetOutput::axis_values;
+  job.offset_limits = thermal_output.limits.resolve();
 }
 
 }  // namespace trunnion::app

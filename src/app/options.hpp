@@ -78,6 +78,22 @@ struct PoleCliOptions {
 void add_smoothing(CLI::App& command, std::string& smoothing);
 Result<std::optional<double>> smoothing_of(const std::string& text);
 
+/// Limits of thermal corrections: shared by `post`, `batch` and `verify`.
+struct OffsetLimitOptions {
+  double clamp_um = thermal::OffsetLimits{}.clamp_mm / kMmPerUm;
+  double slew_um_s = thermal::OffsetLimits{}.slew_mm_s / kMmPerUm;
+  double dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
+  void add_to(CLI::App& command);
+  thermal::OffsetLimits resolve() const;
+};
+
+/// How thermal offsets are written.
+struct ThermalOutputOptions {
+  std::string form = "axis-values";
+  OffsetLimitOptions limits;
+  void add_to(CLI::App& command);
+};
+
 /// How a CL file is posted: the options that `post` and `batch` share.
 struct PostCliOptions {
   double tolerance_mm = 0.01;
@@ -91,10 +107,7 @@ struct PostCliOptions {
   std::string offsets;
   std::string thermal_model;
   std::string temperatures;
-  std::string thermal_output = "axis-values";
-  double thermal_clamp_um = thermal::OffsetLimits{}.clamp_mm / kMmPerUm;
-  double thermal_slew_um_s = thermal::OffsetLimits{}.slew_mm_s / kMmPerUm;
-  double thermal_dead_band_um = thermal::OffsetLimits{}.dead_band_mm / kMmPerUm;
+  ThermalOutputOptions thermal_output;
   double default_feed_mm_min = 250.0;
   double retract_mm = 50.0;
   PoleCliOptions pole;

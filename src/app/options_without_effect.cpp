@@ -27,15 +27,22 @@ bool is_given(const CLI::App& command, std::string_view name) {
   return option != nullptr && option->count() > 0;
 }
 
+// `verify` judges values at run time by the thermal limits, whether it is given offsets or not.
+bool has_all(const CLI::App& command, const Needs& needs) {
+  return std::all_of(needs.one_of.begin(), needs.one_of.end(), [&](std::string_view name) {
+    return name.empty() || command.get_option_no_throw(std::string(name)) != nullptr;
+  });
+}
+
 void warn_of(const CLI::App& command) {
   for (const Needs& needs : kNeeds) {
-    if (!is_given(command, needs.option) ||
+    if (!has_all(command, needs) || !is_given(command, needs.option) ||
         std::any_of(needs.one_of.begin(), needs.one_of.end(),
                     [&](std::string_view name) { return is_given(command, name); }))
       continue;
     std::string others;
     for (const std::string_view name : needs.one_of) {
-      if (command.get_option_no_throw(std::string(name)) == nullptr) continue;
+      if (name.empty()) continue;
       others += (others.empty() ? "" : " or ") + std::string(name);
     }
     spdlog::warn("warning: {} has no effect without {}", needs.option, others);

@@ -20,8 +20,9 @@ void run_time_lines(const PostCliOptions& o, const nc::Controller& controller,
     return name(v[0]) + ", " + name(v[1]) + ", " + name(v[2]);
   };
   const std::string what = "deviation of the tool from the part in mm, machine X, Y, Z";
-  out.push_back("thermal drift at run time, at most " + shortest_text(o.thermal_clamp_um) +
-                " um an axis, followed at rapids by at most " + shortest_text(o.thermal_slew_um_s) + " um/s");
+  out.push_back("thermal drift at run time, at most " + shortest_text(o.thermal_output.limits.clamp_um) +
+                " um an axis, followed at rapids by at most " +
+                shortest_text(o.thermal_output.limits.slew_um_s) + " um/s");
   if (drift == nullptr) {
     out.push_back(three(r.source) + ": " + what + " unless the offsets were those of the part, 0 is off");
     return;
@@ -44,7 +45,7 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
   out.push_back("machine " + machine.name + ", " + machine.file);
   const PostCliOptions& o = command.options;
   out.push_back(o.errors_line(job.model != nullptr));
-  const bool at_run_time = o.thermal_output == "variables";
+  const bool at_run_time = o.thermal_output.form == "variables";
   if (!o.no_thermal && !at_run_time && (!o.offsets.empty() || !o.thermal_model.empty())) {
     out.push_back("thermal offsets " +
                   (o.offsets.empty() ? o.thermal_model + " with " + o.temperatures : o.offsets) +
@@ -52,8 +53,8 @@ std::vector<std::string> header_lines(const PostCommand& command, const Machine&
     if (job.offsets != nullptr && job.offsets->largest_sigma_mm() > 0.0)
       out.push_back("uncertain by up to " + fixed_text(2.0 * job.offsets->largest_sigma_mm(), 4) +
                     " mm (2 sigma), which is not in the tolerance");
-    if (o.thermal_output == "work-offset" || o.thermal_output == "local-shift") {
-      const bool sets = o.thermal_output == "work-offset" && !controller.offset_shift.set.empty();
+    if (o.thermal_output.form == "work-offset" || o.thermal_output.form == "local-shift") {
+      const bool sets = o.thermal_output.form == "work-offset" && !controller.offset_shift.set.empty();
       out.push_back(sets ? "one shift for each operation: THIS PROGRAM SETS ITS WORK OFFSET"
                          : "one shift beside the work offset for each operation");
     }

@@ -85,7 +85,7 @@ void warn_of_time_drift(const Model& model, Diagnostics& diagnostics) {
 
 Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
     Diagnostics& diagnostics) const {
-  if (no_thermal || thermal_output != "variables" || thermal_model.empty())
+  if (no_thermal || thermal_output.form != "variables" || thermal_model.empty())
     return std::optional<post::RunTimeDrift>{};
   const auto loaded = offset_model(thermal_model, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
@@ -101,7 +101,7 @@ Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
     Eigen::VectorXd rise(static_cast<Eigen::Index>(sensors));
     for (Eigen::Index i = 0; i < rise.size(); ++i) rise[i] = 1.0 + 0.5 * static_cast<double>(i % 3);
     const double largest_mm = (out.mm_per_K * rise).cwiseAbs().maxCoeff();
-    if (largest_mm > 0.0) rise *= 0.25 * thermal_clamp_um * kMmPerUm / largest_mm;
+    if (largest_mm > 0.0) rise *= 0.25 * thermal_output.limits.clamp_um * kMmPerUm / largest_mm;
     out.history.time_s = {-1.0, 0.0};  // the part's zero was taken before
     out.history.temperature_K = {std::vector<double>(sensors, 0.0), {rise.begin(), rise.end()}};
     return std::optional<post::RunTimeDrift>(std::move(out));
@@ -127,7 +127,7 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
     Diagnostics& diagnostics, const std::optional<post::RunTimeDrift>& drift) const {
   if (!temperatures.empty() && thermal_model.empty() && model.empty())
     return fail(ErrorCode::wrong_use, "--temperatures belongs to --thermal or --model");
-  if (!no_thermal && thermal_output == "variables" && offsets.empty()) {
+  if (!no_thermal && thermal_output.form == "variables" && offsets.empty()) {
     // What the variables will hold is not known: the terms are verified with a drift of some size in each.
     thermal::OffsetTable table;
     table.file = "(variables)";

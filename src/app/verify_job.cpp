@@ -35,6 +35,7 @@ void VerifyCommand::add_to(CLI::App& c) {
                "model of the errors of the machine to evaluate on (default: the nominal machine)");
   c.add_option("--offsets", of_run.offsets,
                "thermal offsets (CSV) of the machine while the program runs (default: none, a cold machine)");
+  of_run.thermal_limits.add_to(c);
   c.add_option("--trace", of_run.trace,
                "positions of the axes over time that the control recorded while it ran the program (CSV: "
                "time_s, X_mm, A_deg, ...): check the recorded motion, too");
@@ -87,6 +88,7 @@ Result<std::unique_ptr<VerifyInputs>> read_verify_inputs(VerifyCommand& command,
   const auto smoothing = smoothing_of(command.smoothing);
   if (!smoothing) return tl::unexpected(smoothing.error());
   post::VerifyOptions& options = in->options;
+  options.offset_limits = command.of_run.thermal_limits.resolve();
   options.offsets = in->offsets ? &*in->offsets : nullptr;
   options.tolerance_mm = command.tolerance_mm;
   options.rapid_tolerance_mm = command.rapid_tolerance_mm;

@@ -18,6 +18,7 @@ namespace trunnion::app {
 /// While the program runs.
 struct OfTheRun {
   std::string offsets;
+  OffsetLimitOptions thermal_limits;  // which values at run time may not exceed
   std::string trace;
 };
 

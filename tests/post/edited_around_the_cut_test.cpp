@@ -99,11 +99,40 @@ TEST_F(EditedAroundTheCut, AHoleInStepsIsOfItsKindAndFeed) {
     ASSERT_NE(at, std::string::npos) << control << nc;
     expect_found(cl, control, nc.replace(at, std::string(feed).size(), slow), "a feed of 1 mm/min");
   }
+  // A step of 4 takes a third more than the CL file lets it.
+  for (const auto& [control, step, larger] :
+       {std::tuple{"fanuc_30i", "Q3.", "Q4."}, std::tuple{"haas_ngc", "Q3.", "Q4."},
+        std::tuple{"linuxcnc", "Q3.", "Q4."}, std::tuple{"siemens_840d_sl", ",,,3,", ",,,4,"},
+        std::tuple{"heidenhain_tnc640", "Q202=3", "Q202=4"}}) {
+    std::string nc = right(cl, control);
+    const auto at = nc.find(step);
+    ASSERT_NE(at, std::string::npos) << control << nc;
+    expect_found(cl, control, nc.replace(at, std::string(step).size(), larger), "a step of 4 mm");
+    for (const char* depth : {"4", "5.9", "6", "6.1", "9", "61"})
+      right(part("CYCLE/DEEP,DEPTH," + std::string(depth) + ",STEP,3,MMPM,120,CLEAR,2\n"), control);
+  }
   // Chips that are broken only, where the CL file wants no more, may be taken out.
   const std::string broken = part("CYCLE/BRKCHP,DEPTH,30,STEP,3,MMPM,120,CLEAR,2\n");
   std::string nc = right(broken, "fanuc_30i");
   nc.replace(nc.find("G73"), 3, "G83");
   EXPECT_TRUE(test::verified(nc, broken, machine_, 0.01, "fanuc_30i")->passed());
+}
+
+// It takes frames back while the tool is in the part.
+TEST_F(EditedAroundTheCut, TheEndOfAPlaneUnderToolCentrePointControl) {
+  options_ = {};
+  options_.rtcp = true;
+  const std::string cl = part(kDrill);
+  for (const auto& [control, words] :
+       {std::pair{"siemens_840d_sl", "CYCLE800()"}, std::pair{"fanuc_30i", "G69"}}) {
+    const std::string nc = edited(right(cl, control), "G1", "X", words);
+    ASSERT_FALSE(nc.empty()) << control;
+    const auto report = test::verified(nc, cl, machine_, 0.01, control);
+    ASSERT_FALSE(report) << control << nc;
+    EXPECT_NE(report.error().text().find("the end of a tilted plane under tool-centre-point control"),
+              std::string::npos)
+        << report.error().text();
+  }
 }
 
 // LinuxCNC's interpreter ends at each of these, with the tool in the part.

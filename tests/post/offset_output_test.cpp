@@ -458,6 +458,42 @@ TEST(OffsetOutput, LinesOfTheCalculationStandInTheirOrder) {
   }
 }
 
+// Limits that are alike in all axes, and larger than what is asked for: a value of 25 mm would go into the
+// cut.
+TEST(OffsetOutput, LimitsOfTheCalculationAreThoseAskedFor) {
+  const Machine machine = machine_with_offset();
+  const auto table = offsets(by_blade());
+  for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl"}) {
+    Setting setting;
+    setting.output = OffsetOutput::variables;
+    setting.control = control;
+    setting.limits = {true, 0.1, 0.01, 0.002};
+    const std::string cl = blades(3, false);
+    const OffsetPost p = offset_post(cl, machine, &table, setting);
+    ASSERT_TRUE(p.report) << control << p.report.error().text();
+    const nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
+    const auto faults = [&](const thermal::OffsetLimits& limits) {
+      VerifyOptions options;
+      options.tolerance_mm = setting.tolerance_mm;
+      options.offset_limits = limits;
+      Diagnostics d;
+      const auto v = verify({std::make_unique<Text>(cl), "part.cls"},
+                            {std::make_unique<Text>(p.nc), "part.nc"}, {machine, c, options}, d);
+      EXPECT_TRUE(v) << control;
+      std::string out;
+      if (!v) return out;
+      for (const auto& place : v->checks[static_cast<std::size_t>(CheckOf::offsets)].places)
+        out += place.what + "\n";
+      return out;
+    };
+    EXPECT_EQ(faults(setting.limits), "") << control << p.nc;
+    EXPECT_EQ(faults({true, 0.2, 0.02, 0.003}), "") << control;
+    EXPECT_THAT(faults({true, 0.05, 0.01, 0.002}), HasSubstr("--thermal-clamp-um")) << control;
+    EXPECT_THAT(faults({true, 0.1, 0.005, 0.002}), HasSubstr("--thermal-slew-um-s")) << control;
+    EXPECT_THAT(faults({true, 0.1, 0.01, 0.0005}), HasSubstr("--thermal-dead-band-um")) << control;
+  }
+}
+
 // Two sensors; `kelvin_per_hour` of each since the part's zero was taken, over ten hours.
 RunTimeDrift warming(double first, double second) {
   RunTimeDrift out;

@@ -61,10 +61,12 @@ struct VerifyOptions {
   VerifyTemperatures temperatures;
   /// Thermal offsets that the machine has while the program runs; nothing: none.
   const thermal::OffsetTable* offsets = nullptr;
-  thermal::OffsetLimits offset_limits;  // only the dead band matters: a machine's drift knows no clamp
-  std::vector<std::string> raw_lines;   // lines that the controller's templates did not make
-  std::size_t worst_count = 10;         // places listed in the report
-  ToolOptions tools;                    // those that the program was posted with
+  /// That values which the control adds at run time may not exceed. A machine's own drift knows no clamp and
+  /// no slew: only the dead band counts for `offsets`.
+  thermal::OffsetLimits offset_limits;
+  std::vector<std::string> raw_lines;  // lines that the controller's templates did not make
+  std::size_t worst_count = 10;        // places listed in the report
+  ToolOptions tools;                   // those that the program was posted with
   /// In which the program is to move; nothing: that of SET/OFSETL, else the machine file's.
   std::optional<std::int64_t> work_offset;
   std::optional<double> smoothing_mm;  // PostOptions::smoothing_mm

@@ -226,6 +226,10 @@ void MachineJudge::step(const std::unique_ptr<Mark>& mark) {
   end_trail();
   progress_.stopped_away = true;
   program_judge_->take(mark->block, at(), mark->nc_line);
+  const auto* latch = std::get_if<nc::LatchValues>(&mark->block);
+  if (latch == nullptr) return;
+  const double now_s = record_.report.duration_s;
+  program_judge_->check_limits(*latch, now_s - std::exchange(progress_.latched_s, now_s), mark->nc_line);
 }
 
 // The machine may have gone anywhere for the change. What comes next is judged as if it had come from where
@@ -825,14 +829,19 @@ bool MachineJudge::drills(const Vertex& v) {
   const Target& bottom = points()[end];
   const Vec3 down = (bottom.tip_P - top.tip_P).normalized();
   const double length_mm = (bottom.tip_P - top.tip_P).norm();
-  double deepest_step_mm = 0.0;
-  double before_mm = 0.0;
+  // The first stroke of the CL file begins above the hole, where a control begins to count: only from the
+  // third one on it shows how much the others may take.
+  double first_step_mm = 0.0, next_step_mm = 0.0, before_mm = 0.0;
+  std::size_t strokes = 0;
   for (std::size_t j = path_.next(); j <= end; ++j) {
     if (points()[j].rapid) continue;
     const double depth_mm = down.dot(points()[j].tip_P - top.tip_P);
-    deepest_step_mm = std::max(deepest_step_mm, depth_mm - before_mm);
+    double& largest_mm = strokes++ == 0 ? first_step_mm : next_step_mm;
+    largest_mm = std::max(largest_mm, depth_mm - before_mm);
     before_mm = depth_mm;
   }
+  const bool is_first = progress_.drilled_mm == 0.0 || strokes < 3;
+  const double deepest_step_mm = is_first ? std::max(first_step_mm, next_step_mm) : next_step_mm;
   const double depth_mm = down.dot(v.tip_P - top.tip_P);
   // Small steps may back above where the feed begins: out of the hole, along it.
   Target highest = top;

@@ -98,6 +98,7 @@ class MachineJudge {
     bool away = false;          // the tool has left the path along its axis
     bool stopped_away = false;  // the program has said something since it left
     double drilled_mm = 0.0;    // in the hole at hand, from where the feed begins
+    double latched_s = 0.0;     // when the control took its values last
   };
   /// The block that was judged last.
   struct LastBlock {

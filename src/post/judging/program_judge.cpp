@@ -116,6 +116,26 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
   }
 }
 
+void ProgramJudge::check_limits(const nc::LatchValues& latch, double elapsed_s, std::uint32_t nc_line) {
+  // How long the blocks before take is known to their digits of F.
+  constexpr double kTimes = 1.05;
+  const thermal::OffsetLimits& limits = options_.offset_limits;
+  const double quantum_mm = controller_.numbers.axes.quantum(nc::AxisLetter::X);
+  const double most_mm = 2.0 * limits.clamp_mm;
+  const double step_mm = latch.first ? most_mm : std::min(most_mm, kTimes * limits.slew_mm_s * elapsed_s);
+  const auto check = [&](std::int64_t quanta, double largest_mm, const char* what, const char* option) {
+    const double mm = controller_.numbers.axes.internal(nc::AxisLetter::X, quanta);
+    if (mm <= largest_mm + quantum_mm) return;
+    find(CheckOf::offsets, nc_line, [&] {
+      return std::string("values that the control reads ") + what + " " + fixed_text(mm, 4) + " mm; " +
+             fixed_text(largest_mm, 4) + " mm is the most that " + option + " allows";
+    });
+  };
+  check(latch.clamp, limits.clamp_mm, "shift an axis by up to", "--thermal-clamp-um");
+  check(latch.step, step_mm, "change at once by up to", "--thermal-slew-um-s");
+  check(latch.dead_band, limits.dead_band_mm, "are not followed below", "--thermal-dead-band-um");
+}
+
 // The words of both are places of the tip.
 void ProgramJudge::check_needs_length(bool on, std::uint32_t nc_line) {
   if (!on || machine_.output_point == OutputPoint::tip) return;

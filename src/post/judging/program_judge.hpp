@@ -127,6 +127,9 @@ class ProgramJudge {
   std::optional<Slow> take_slow() { return std::exchange(slow_, std::nullopt); }
   /// `reached_s`: what it lasts at the largest speed that its axes reach in it.
   void judge_slow(const Slow& slow, double reached_s, std::uint32_t nc_line);
+  /// The limits that the control takes its values under (VerifyOptions::offset_limits), `elapsed_s` after it
+  /// took them before.
+  void check_limits(const nc::LatchValues& latch, double elapsed_s, std::uint32_t nc_line);
   /// A rapid that ends at this CL point.
   void rapid_to(std::size_t point, std::uint32_t nc_line);
   template <class What>
