@@ -117,6 +117,41 @@ TEST(PostWords, TableTurnsAtTheSafeHeightAndStaysAtThePole) {
   }
 }
 
+// What is cut next begins where the tool was: to come down at its end would plunge, and leave its way uncut.
+TEST(PostWords, CutsOnFromWhereItWasWhenTheTableHasTurned) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string up = "RAPID\nGOTO/10,0,30,0,0,1\nFEDRAT/900,MMPM\nGOTO/10,0,0\nROTATE/CAXIS,ATANGL,60\n";
+  const std::string leaned =
+      "RAPID\nGOTO/10,0,30,0,0.6,0.8\nFEDRAT/900,MMPM\nGOTO/10,0,0\nROTATE/CAXIS,ATANGL,300\n";
+  for (const auto& [cl, turned] :
+       {std::pair{up + "GOTO/10,0,-5\nGOTO/20,0,-5\n", true}, std::pair{up + "GOTO/20,0,0\n", true},
+        std::pair{up + "STOP\nGOTO/20,0,0\n", true},
+        std::pair{std::string(up).insert(up.rfind('\n'), ",NEXT") + "GOTO/20,0,0\n", true},
+        std::pair{up + "GOTO/20,0,0,0,0.05,0.998749218\n", false}, std::pair{leaned + "GOTO/20,0,0\n", false},
+        std::pair{leaned + "GOTO/20,0,0,0.1,0.6,0.793725393\n", false}}) {
+    for (const bool rtcp : {false, true}) {
+      for (const bool tilted : {false, true}) {
+        PostOptions options;
+        options.collect = true;
+        options.rtcp = rtcp;
+        options.tilted_plane = tilted;
+        if (rtcp && tilted) continue;
+        const auto p = posted("LOADTL/1,LENGTH,100\n" + cl + "RAPID\nGOTO/20,0,60\n", machine, options,
+                              tilted ? "siemens_840d_sl" : "linuxcnc");
+        ASSERT_TRUE(p.report) << cl << rtcp << tilted << p.report.error().text();
+        ASSERT_TRUE(p.report->verification->passed()) << cl << rtcp << tilted << p.nc;
+        // Down to where it left the path, and to nowhere else beside it.
+        std::size_t there = 0;
+        for (const auto& block : p.report->verification->blocks) {
+          if (!block.rapid && (block.tip_P - Vec3(10, 0, 0)).norm() < 1e-3) ++there;
+        }
+        EXPECT_EQ(there, 2U) << cl << rtcp << tilted << p.nc;
+        EXPECT_EQ(warned(p, "the tool axis of the next point"), !turned) << cl;
+      }
+    }
+  }
+}
+
 // A file that counts on points turning with the table would be cut upright.
 TEST(PostWords, TurnThatTheNextPointUndoesIsToldOf) {
   const Machine machine = test::shipped_machine("trunnion_offset");

@@ -58,7 +58,7 @@ void Verifier::expect(const cl::Record& record) {
   if (const auto* change = std::get_if<cl::ToolChange>(&record.data)) parts_->flute.take(*change);
   if (const auto* cutter = std::get_if<cl::ToolGeometry>(&record.data)) parts_->flute.take(*cutter);
   const auto* word = std::get_if<cl::PostWord>(&record.data);
-  if (std::holds_alternative<cl::ToolChange>(record.data) || (word != nullptr && may_turn_table(*word)))
+  if (std::holds_alternative<cl::ToolChange>(record.data) || (word != nullptr && word->word == kStands))
     parts_->points.end_cut();
   parts_->judge.program_judge()->asked().take(record);
 }

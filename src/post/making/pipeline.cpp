@@ -82,7 +82,7 @@ Result<void> Pipeline::emit_run() {
       if (const auto* begin = std::get_if<cl::ShapeBegin>(&events[event].record.data)) {
         // Behind a stop, too, a hole begins with the rapid over it.
         if (i < chunk.size() && chunk.motion(i).point.rapid) {
-          if (auto done = safe_way_.come_back(chunk.motion(i)); !done) return done;
+          if (auto done = safe_way_.come_back(chunk.point(i), chunk.motion(i)); !done) return done;
         }
         const auto taken = shapes_.make(*begin->shape, i);
         if (!taken) return tl::unexpected(taken.error());
@@ -102,7 +102,7 @@ Result<void> Pipeline::emit_run() {
       if (auto done = work_.spindle.check_before_cut(motion.point.where); !done) return done;
     }
     if (work_.at.returns) {
-      if (auto done = safe_way_.come_back(motion); !done) return done;
+      if (auto done = safe_way_.come_back(chunk.point(i), motion); !done) return done;
     }
     if (auto done = turns_.make_waiting(motion); !done) return done;
     if (!work_.cutter.is_idle()) {

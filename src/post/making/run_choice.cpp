@@ -63,7 +63,9 @@ void choose_plane(ProgramInWork& work) {
   constexpr double kSameAxis = 1e-9;
   work.planes.plan_none();
   const Vec3& axis_P = points[0].pose.axis_P;
-  bool wanted = true;
+  // Where the tool comes back to a cut it comes back in the plane: that of the place where it was.
+  const bool comes_back = work.at.returns && !work.at.approaches && !points[0].rapid;
+  bool wanted = !comes_back || (work.at.point.axis_P - axis_P).norm() < kSameAxis;
   for (std::size_t i = 0; i < chosen.size() && wanted; ++i) {
     wanted = (points[i].pose.axis_P - axis_P).norm() < kSameAxis && !chosen[i].reconfigure;
     for (const AxisId id : work.posting.machine.rotary_axes()) {
@@ -85,12 +87,13 @@ void choose_plane(ProgramInWork& work) {
   // Rapids alone, as the last one of a program, cut nothing: they go as they are.
   wanted = wanted &&
            std::any_of(points.begin(), points.end(), [](const path::ChoicePoint& p) { return !p.rapid; });
-  const bool can_enter = work.at.approaches || !work.at.known || points[0].rapid;
+  const bool can_enter = work.at.approaches || comes_back || !work.at.known || points[0].rapid;
   if (wanted && can_enter) {
     work.planes.plan(frame, block);
-    work.at.approaches = true;
-  } else if (work.planes.in_force()) {
-    work.at.approaches = true;  // from a safe position, out of the plane
+    if (!comes_back) work.at.approaches = true;
+  } else if (work.planes.in_force() && !comes_back) {
+    // From a safe position, out of the plane: where the program cuts on, from where it was.
+    (points[0].rapid ? work.at.approaches : work.at.returns) = true;
   }
 }
 

@@ -1,9 +1,11 @@
 #include "post/making/safe_way.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "trunnion/base/number_text.hpp"
+#include "trunnion/path/reconfiguration.hpp"
 
 namespace trunnion::post {
 namespace {
@@ -89,12 +91,39 @@ Result<void> SafeWay::pause_above(SourceRef where) {
   return {};
 }
 
-Result<void> SafeWay::come_back(const ChunkMotion& motion) {
+// At the pole the tool axis leaves the table free: it stands as the motion that follows has it, which need
+// not turn it in the cut. Elsewhere the tool axis asks for what was before, on the solution that the motion
+// goes on.
+bool SafeWay::take_turn(const path::Point& to) {
+  if (!work_.at.asked_turn) return true;
+  tell_undone_turn(to);
+  path::ChoiceOptions options;
+  options.tool_mm = work_.tool.tool.vector();
+  options.axis_tolerance = work_.modes.tolerances.cutting().axis;
+  path::Point& here = work_.at.point;
+  for (const JointSolution& solution : inverse(work_.posting.machine, {here.tip_P, here.axis_P}, to.q)) {
+    path::Point from = here;
+    from.q = solution.q;
+    path::round_to_words(work_.tool.kinematics, work_.axis_words.rounding(), from.tip_P, from.q);
+    if (!path::connects(work_.posting.machine, from, to, options)) continue;
+    here = from;
+    return true;
+  }
+  return false;
+}
+
+Result<void> SafeWay::come_back(const path::Point& to, const ChunkMotion& motion) {
   if (!std::exchange(work_.at.returns, false) || work_.at.approaches) return {};
   if (motion.point.rapid) {
     work_.at.approaches = true;  // straight from the safe height to where the rapid ends
     return {};
   }
+  if (!take_turn(to))
+    return fail(
+        ErrorCode::check_failed,
+        "the table has turned in a cut, and no position of the rotary axes lets it go on from where the "
+        "tool was: a rapid is missing before it",
+        work_.posting.job.cl_file, motion.point.where);
   const SourceRef where = motion.point.where;
   const auto rate =
       blocks_.rate_of(motion.feed, (motion.point.pose.tip_P - work_.at.point.tip_P).norm(), where);
@@ -187,7 +216,9 @@ Result<void> SafeWay::turn_table(AxisId id, double angle, bool now, SourceRef wh
   if (std::abs(work_.at.point.q[id] - rounded) < 1e-12) return {};
   work_.at.point.q[id] = rounded;
   work_.at.asked_turn = AskedTurn{id, rounded, where};
-  work_.at.approaches = true;  // what follows comes from the safe height
+  // What follows comes from the safe height.
+  work_.at.returns = true;
+  if (!work_.at.known) work_.at.approaches = true;
   if (!now || !work_.at.known) return {};
   if (auto r = retract(where); !r) return r;
   work_.at.joints[id] = rounded;

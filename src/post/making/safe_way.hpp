@@ -14,7 +14,8 @@ class SafeWay {
   Result<void> retract(SourceRef where);
   /// To the safe height, from where the tool comes back if the program cuts on.
   Result<void> pause_above(SourceRef where);
-  Result<void> come_back(const ChunkMotion& motion);
+  /// `to`: where the motion that follows ends.
+  Result<void> come_back(const path::Point& to, const ChunkMotion& motion);
   /// To the safe height: what follows comes from there.
   Result<void> leave_part(SourceRef where);
   /// From an unknown or safe position: up, the rotary axes, then over the part, then down.
@@ -26,6 +27,9 @@ class SafeWay {
   Result<void> end();
 
  private:
+  /// The table was turned by a word of the CL file, and the program cuts on to `to`: how the rotary axes
+  /// stand at the place that the tool comes back to. False: they cannot follow from there.
+  bool take_turn(const path::Point& to);
   void tell_undone_turn(const path::Point& to);
   /// Why the safe height is none for this place; nothing: it is as far from the part, or farther.
   std::optional<std::string> above_safe_height(const JointVector& q) const;

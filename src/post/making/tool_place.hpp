@@ -21,7 +21,7 @@ struct ToolPlace {
   bool approaches = true;               // the next motion starts from an unknown or safe position
   bool up = false;                      // Z is at the safe height
   bool tcp = false;                     // tool-centre-point control is on
-  bool returns = false;                 // from there to `point`, if the program cuts on
+  bool returns = false;                 // from the safe height to `point`, if the program cuts on
   std::optional<JointVector> turn_due;  // to where the rotary axes turn before they cut on
   std::optional<AskedTurn> asked_turn;  // of a word of the CL file, before the motion behind it
 };
