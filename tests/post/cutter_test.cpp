@@ -65,6 +65,23 @@ TEST(Cutter, WearGoesOutWithTheLinesThatLeadInAndOut) {
   }
 }
 
+// One table for both on some controls: the contour would be off by the length of the tool.
+TEST(Cutter, ARegisterThatHoldsTheLengthIsDoubted) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto doubted = [&](const std::string& cl) {
+    const auto p = test::posted(cl, machine, wear(), "fanuc_30i");
+    EXPECT_TRUE(p.report) << cl;
+    const auto& findings = p.diagnostics.findings();
+    return std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+      return f.message.find("is that of the tool's length, too") != std::string::npos;
+    });
+  };
+  std::string cl = contour();
+  EXPECT_TRUE(doubted(cl));
+  cl.replace(cl.find("LEFT,XYPLAN"), 11, "LEFT,XYPLAN,ADJUST,21");
+  EXPECT_FALSE(doubted(cl));
+}
+
 TEST(Cutter, TheRegisterIsThatOfTheWord) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   std::string cl = contour();

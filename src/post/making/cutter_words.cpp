@@ -32,6 +32,14 @@ Result<void> CutterWords::switch_to(const cl::CutterCompensation& c, SourceRef w
     work_.posting.warn_once("wear", where,
                             "CUTCOM: verified with nothing in register " + std::to_string(number) +
                                 ": it holds the wear of the tool, not its radius");
+    if (number == work_.tool.length_register && !work_.posting.controller.wear_register_is_tool)
+      work_.posting.warn_once(
+          "wear in a length", where,
+          "CUTCOM: register " + std::to_string(number) +
+              " is that of the tool's length, too. A control that keeps lengths and wear in one memory would "
+              "move the contour by the length of the tool: look how yours keeps them, or name another "
+              "register "
+              "(CUTCOM/LEFT,ADJUST,n or OSETNO,n)");
     const std::string text =
         "CUTTER COMPENSATION: REGISTER " + std::to_string(number) + " HOLDS WEAR ONLY, 0 FOR A NEW TOOL";
     if (auto done = work_.posting.write(nc::Comment{text}); !done) return done;
