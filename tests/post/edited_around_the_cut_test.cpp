@@ -118,6 +118,41 @@ TEST_F(EditedAroundTheCut, AHoleInStepsIsOfItsKindAndFeed) {
   EXPECT_TRUE(test::verified(nc, broken, machine_, 0.01, "fanuc_30i")->passed());
 }
 
+// Up, over, and down on the end of a cut: what lies between would stay, and rapids behind it go through it.
+TEST_F(EditedAroundTheCut, ACutThatIsLeftOutForAnApproach) {
+  const std::string cl =
+      "LOADTL/4,LENGTH,100\nSPINDL/1000,CLW\nRAPID\nGOTO/0,0,40,0,0,1\nRAPID\nGOTO/0,0,20\nFEDRAT/300,MMPM\n"
+      "GOTO/0,0,10\nGOTO/20,0,10\nGOTO/20,20,10\nGOTO/0,20,10\nRAPID\nGOTO/0,20,40\nFINI\n";
+  const std::string nc = right(cl, "linuxcnc");
+  const std::string cut = "\nY20.0000\n";
+  const auto at = nc.find(cut);
+  ASSERT_NE(at, std::string::npos) << nc;
+  const auto with = [&](const std::string& words) { return std::string(nc).replace(at, cut.size(), words); };
+  const auto over = test::verified(with("\nG53 G0 Z700\nG0 X20 Y20\nG1 Z10\n"), cl, machine_, 0.01);
+  ASSERT_TRUE(over);
+  EXPECT_FALSE(over->passed());
+  const auto& places = over->checks[static_cast<std::size_t>(CheckOf::path)].places;
+  ASSERT_FALSE(places.empty());
+  EXPECT_NE(places.front().what.find("where the CL file cuts"), std::string::npos) << places.front().what;
+  // Down on the place where it left, it cuts on.
+  const auto back = test::verified(with("\nG53 G0 Z700\nG0 X20 Y0\nG1 Z10" + cut), cl, machine_, 0.01);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->passed());
+}
+
+// Another tool comes from anywhere, under tool-centre-point control, too.
+TEST_F(EditedAroundTheCut, ACutThatBeginsWithAnotherTool) {
+  const std::string cl =
+      "LOADTL/4,LENGTH,100\nSPINDL/1000,CLW\nRAPID\nGOTO/0,0,40,0,0,1\nFEDRAT/300,MMPM\nGOTO/0,0,10\n"
+      "GOTO/20,0,10\nLOADTL/9,LENGTH,80\nSPINDL/1000,CLW\nGOTO/20,20,10\nGOTO/0,20,10\nRAPID\n"
+      "GOTO/0,20,40\nFINI\n";
+  for (const bool rtcp : {false, true}) {
+    options_ = {};
+    options_.rtcp = rtcp;
+    for (const char* control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl"}) right(cl, control);
+  }
+}
+
 // It takes frames back while the tool is in the part.
 TEST_F(EditedAroundTheCut, TheEndOfAPlaneUnderToolCentrePointControl) {
   options_ = {};

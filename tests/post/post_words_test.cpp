@@ -152,6 +152,42 @@ TEST(PostWords, CutsOnFromWhereItWasWhenTheTableHasTurned) {
   }
 }
 
+// Another solution of the rotary axes, a turn of both axes at the pole, a turn of nothing, a word that begins
+// a run of points in a tilted plane: nothing of the cut is left out, and C does not turn in it.
+TEST(PostWords, CutsOnHoweverTheTableHasTurned) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto down = [](const std::string& axis) {
+    return "LOADTL/1,LENGTH,100\nRAPID\nGOTO/10,0,60," + axis + "\nFEDRAT/900,MMPM\nGOTO/10,0,0\n";
+  };
+  const std::string up = "RAPID\nGOTO/20,0,60\n";
+  const std::string little = "0,0.087155743,0.996194698", much = "0,0.6,0.8";
+  for (const std::string& cl :
+       {down(little) + "ROTATE/CAXIS,ATANGL,180\nGOTO/20,0,0\n" + up,
+        down(little) + "ROTATE/CAXIS,ATANGL,180\nGOTO/20,0,0,0.01,0.087155743,0.996144495\n" + up,
+        down("0,0,1") + "ROTATE/AAXIS,ATANGL,30\nROTATE/CAXIS,ATANGL,90\nGOTO/20,0,0\n" + up,
+        down("0,0,1") + "ROTATE/AAXIS,ATANGL,0\nROTATE/CAXIS,ATANGL,300\nGOTO/20,0,0\n" + up,
+        down(much) + "ROTATE/CAXIS,ATANGL,0\nGOTO/20,0,0,0.1,0.6,0.793725393\n" + up,
+        down(much) + "CLEARP/XYPLAN,90\nGOTO/20,0,0,0.1,0.6,0.793725393\n" + up,
+        down(much) + "LIMITS/CAXIS,-360,360\nGOTO/20,0,0,0.1,0.6,0.793725393\n" + up}) {
+    for (const char* mode : {"joint", "tcp", "plane"}) {
+      PostOptions options;
+      options.collect = true;
+      options.rtcp = mode == std::string("tcp");
+      options.tilted_plane = mode == std::string("plane");
+      const auto p = posted(cl, machine, options, options.tilted_plane ? "fanuc_30i" : "linuxcnc");
+      ASSERT_TRUE(p.report) << cl << mode << p.report.error().text();
+      ASSERT_TRUE(p.report->verification->passed()) << cl << mode << p.nc;
+      if (cl.find(",0,0,1\n") == std::string::npos) continue;
+      const auto& blocks = p.report->verification->blocks;
+      for (std::size_t i = 1; i < blocks.size(); ++i) {
+        if (blocks[i].rapid) continue;
+        EXPECT_NEAR(blocks[i].q[*machine.axis("C")], blocks[i - 1].q[*machine.axis("C")], 1e-6)
+            << cl << mode << p.nc;
+      }
+    }
+  }
+}
+
 // A file that counts on points turning with the table would be cut upright.
 TEST(PostWords, TurnThatTheNextPointUndoesIsToldOf) {
   const Machine machine = test::shipped_machine("trunnion_offset");

@@ -695,12 +695,17 @@ bool MachineJudge::comes_from_stop(const Vertex& v) const {
 void MachineJudge::feed(Vertex& v) {
   if (v.in_cycle && drills(v)) return trail_.clear();
   pass_repeated_points(v);
-  if (v.from_unknown && arrives(v)) return;
+  if ((v.from_unknown || comes_with_new_tool(v)) && arrives(v)) return;
   if (path_.target() == nullptr && !progress_.away) return feed_beyond_end(v);
   if (progress_.away && meter().takes_up(*ends_.previous, v, as_run_.state))
     return record_.end_block(v, path_.here().line, false);
   if (progress_.away ? comes_back(v) : leaves(v)) return trail_.clear();
   if (path_.target() == nullptr) return feed_beyond_end(v);
+  if (v.from_unknown && program_judge_ && !may_begin_cut())
+    program_judge_->find(CheckOf::path, v.nc_line, [&] {
+      return "the tool comes down from the safe height where the CL file cuts: the way there is left out" +
+             cl_line(path_.target()->line);
+    });
   note_on_trail(v);
   const Place place = path_.find(meter().kinematics(), *ends_.previous, v);
   v.placed = true;
@@ -738,9 +743,23 @@ void MachineJudge::feed_beyond_end(const Vertex& v) {
   record_.end_cut(v, last.line, false);
 }
 
+// What the CL file cuts to the next point is cut from the one before it: but for another tool, which comes
+// from anywhere.
+bool MachineJudge::may_begin_cut() const {
+  return path_.target()->rapid || (at().t == 0.0 && ends_cut(at().segment));
+}
+
+// Straight down from where words of the part have let it stand.
+bool MachineJudge::comes_with_new_tool(const Vertex& v) const {
+  const Target* target = path_.target();
+  if (!progress_.away || target == nullptr || target->rapid || !may_begin_cut()) return false;
+  const Vec3 way = ends_.previous->tip_P - v.tip_P;
+  return way.dot(v.axis_P) >= (1.0 - 1e-6) * way.norm();
+}
+
 bool MachineJudge::arrives(const Vertex& v) {
   const Target* target = path_.target();
-  if (target == nullptr || !path_.hits(v, *target)) return false;
+  if (target == nullptr || !path_.hits(v, *target) || !may_begin_cut()) return false;
   progress_.away = false;
   if (program_judge_) program_judge_->comes_to(path_.next());
   if (program_judge_ && target->rapid) judge_feed_to(*target, v.nc_line);
@@ -803,7 +822,9 @@ bool MachineJudge::comes_back(const Vertex& v) {
   const Target place = place_left();
   const Vec3 way = ends_.previous->tip_P - v.tip_P;
   if (!path_.hits(v, place)) return false;
-  if (way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
+  // Where its way down is not known, the place before is the one that it left.
+  const bool is_there = v.from_unknown && way.norm() <= path_.hit_tolerance_mm();
+  if (!is_there && way.dot(v.axis_P) < (1.0 - 1e-6) * way.norm()) return false;
   // Inside the pole's cone the tool may have been tilted: it comes back along its own axis then, as it is
   // commanded. That the machine's errors turn it moves the tip nowhere.
   const bool in_cone = path_.limits().in_cone(place.axis_P);

@@ -232,6 +232,8 @@ class MachineJudge {
   void feed(Vertex& v);
   void feed_beyond_end(const Vertex& v);
   /// From the safe height down to the next CL point.
+  bool may_begin_cut() const;
+  bool comes_with_new_tool(const Vertex& v) const;
   bool arrives(const Vertex& v);
   /// The tool leaves the path along its axis, away from the part, to turn elsewhere (wind-up, limits).
   bool leaves(const Vertex& v);
