@@ -506,8 +506,9 @@ void Context::finish(std::size_t lines, std::string_view last_number) {
     const std::string without = modal.closing.empty() ? "" : " without " + std::string(modal.closing);
     const unsigned written = std::min(coordinate_decimals_, axis_decimals_ > 0 ? axis_decimals_ : ~0U);
     if (!last_number.empty() && decimals_of(last_number) < written) {
-      warning(end, "the file ends" + without + " in a line without an end, and its last number, " +
-                       std::string(last_number) + ", has fewer decimals than others: is it whole?");
+      error(end, "the file ends" + without + " in a line without an end, and its last number, " +
+                     std::string(last_number) +
+                     ", has fewer decimals than others: it is cut off, or end the line");
     } else if (!without.empty()) {
       warning(end, "the file ends" + without + ": is it whole?");
     }

@@ -206,8 +206,8 @@ TEST(Words, AToolThatOnlyItsNameChangesIsNotLoaded) {
 TEST(Words, AFileThatEndsInANumberMayBeCut) {
   const std::string head = "GOTO/1.500,2.500,25.000\n";
   EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,3").findings),
-            "2: warning: the file ends in a line without an end, and its last number, 3, has fewer decimals "
-            "than others: is it whole?\n");
+            "2: error: the file ends in a line without an end, and its last number, 3, has fewer decimals "
+            "than others: it is cut off, or end the line\n");
   EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,30.000").findings), "");
   EXPECT_EQ(joined(read(head + "GOTO/1.500,2.500,3\n").findings), "");
 }
