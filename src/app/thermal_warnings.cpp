@@ -27,11 +27,33 @@ void tell_unknown_inputs(const ThermalModel& model, const RunPrediction& run, co
   }
 }
 
+// One line for each run and channel that goes where no training run was.
+void tell_outside_training(const ThermalModel& model, const RunPrediction& run, const std::string& file,
+                           Diagnostics& diagnostics) {
+  for (std::size_t c = 0; c < model.channels.size(); ++c) {
+    const auto& all = run.channel[c];
+    const auto rows =
+        std::count_if(all.begin(), all.end(), [](const Estimate& e) { return e.outside_training(); });
+    if (rows == 0) continue;
+    const auto farthest = std::max_element(
+        all.begin(), all.end(), [](const Estimate& a, const Estimate& b) { return a.distance < b.distance; });
+    diagnostics.warning(
+        file, {},
+        "run '" + run.run + "': " + std::to_string(rows) + " of " + std::to_string(run.time_s.size()) +
+            " rows lie outside of what the model of '" + model.channels[c].channel +
+            "' was fitted to, farthest " + fixed_text(farthest->distance, 1) + " times at " +
+            fixed_text(run.time_s[static_cast<std::size_t>(farthest - all.begin())], 0) +
+            " s: a warmer machine, a faster spindle, or a sensor or clock in another unit? What is predicted "
+            "there is not known to hold");
+  }
+}
+
 }  // namespace
 
 void warn_of_prediction(const ThermalModel& model, const Log& log, const LogRun& run,
                         const RunPrediction& prediction, Diagnostics& diagnostics) {
   tell_unknown_inputs(model, prediction, log.file, diagnostics);
+  tell_outside_training(model, prediction, log.file, diagnostics);
   for (const std::string& warning : prediction.warnings)
     diagnostics.warning(log.file, {}, "run '" + run.id + "': " + warning);
   if (const auto swapped = find_swapped(model, log, run)) {

@@ -284,6 +284,29 @@ TEST(ThermalPredict, RefusesATimeThatIsNone) {
   EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""), HasSubstr("log.csv:3:1: error: '1e19'"));
 }
 
+// A log that goes where no training run was says so: there the model is a guess.
+TEST(ThermalPredict, TellsWhatLiesOutsideOfTheTraining) {
+  const Folder folder;
+  std::ofstream(folder.file("thermal.toml")) << model_file_text();
+  const auto said_of = [&](double rise) {
+    std::ofstream out(folder.file("log.csv"));
+    out << "time_s,T_spindle_front_degC,T_spindle_rear_degC,T_head_degC,T_column_degC,T_a_bearing_degC,"
+           "T_c_bearing_degC,T_bed_degC,T_ambient_degC\n";
+    for (int i = 0; i <= 20; ++i) {
+      out << 60 * i;
+      for (int k = 0; k < 8; ++k) out << ',' << 20.0 + rise * i / 20.0;
+      out << '\n';
+    }
+    out.close();
+    const std::string command = kProgram + " thermal predict " + folder.file("thermal.toml") + " " +
+                                folder.file("log.csv") + " > /dev/null 2> " + folder.file("err.txt");
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 0);
+    return read_file(folder.file("err.txt")).value_or("");
+  };
+  EXPECT_THAT(said_of(0.5), testing::Not(HasSubstr("lie outside of what the model")));
+  EXPECT_THAT(said_of(60.0), HasSubstr("lie outside of what the model of"));
+}
+
 // A channel of another name is asked for its offset, with the option that says it; nothing is written before.
 TEST(ThermalFit, AsksWhichOffsetAChannelGives) {
   const Folder folder;
