@@ -491,6 +491,37 @@ TEST(ControlTables, RefusesTablesThatNobodyCouldInterpolate) {
             "f: error: an axis number of the file is no axis of this machine: give --axes");
 }
 
+// What is missing would count as nothing: an error of 13 um became 1.
+TEST(ControlTables, RefusesTablesThatAreCutOff) {
+  const Machine machine = machine_of(false);
+  FormatOptions options;
+  options.input_axis = "X";
+  options.interval_mm = 50.0;
+  const auto fault = [&](const char* format, const std::string& text) {
+    Diagnostics diagnostics;
+    const auto r = table_format(format)->read(text, "f", machine, options, diagnostics);
+    return r ? std::string("accepted") : r.error().text();
+  };
+  const std::string points = "%\nN3620 P100\nN3621 P99\nN3622 P102\nN10099 P1\nN10100 P2\nN10101 P3\n";
+  EXPECT_EQ(
+      fault("fanuc", points),
+      "f: error: the points go from 99 to 102 (3621, 3622), and N10102 is missing: the table is cut off");
+  EXPECT_EQ(fault("fanuc", points + "N10102 P0\n%\n"), "accepted");
+  EXPECT_EQ(fault("fanuc", "N10100 P2\nN10102 P0\n"), "accepted");  // it does not say how many
+  const std::string com = "BEGIN X.COM MM\nNR AXISPOS BACKLASH X\n0 -100 0 0\n1 0 0 1\n";
+  EXPECT_EQ(fault("heidenhain", com), "f: error: the table ends without [END]: it is cut off");
+  EXPECT_EQ(fault("heidenhain", com + "[END]\n"), "accepted");
+  const std::string plate = ":START2D 1 2 3 10 10 2\n:START2D POSUNIT=METRIC CORUNIT=METRIC/1000\n0 1\n2 3\n";
+  EXPECT_EQ(fault("aerotech", plate), "f: error: the table ends without :END: it is cut off");
+  EXPECT_EQ(fault("aerotech", plate + ":END\n"), "accepted");
+  const std::string cec =
+      "$AN_CEC_INPUT_AXIS[0]=(AX1)\n$AN_CEC_OUTPUT_AXIS[0]=(AX2)\n$AN_CEC_STEP[0]=10\n$AN_CEC_MIN[0]=0\n"
+      "$AN_CEC_MAX[0]=20\n$AN_CEC[0,0]=1\n$AN_CEC[0,1]=2\n";
+  EXPECT_EQ(fault("siemens", cec),
+            "f:1:1: error: the table has 2 values and goes to $AN_CEC_MAX with 3: it is cut off");
+  EXPECT_EQ(fault("siemens", cec + "$AN_CEC[0,2]=0\n"), "accepted");
+}
+
 // Units of the axis itself, no offsets, comments behind ', a third output: as public files have them.
 TEST(ControlTables, AerotechTablesInTheUnitsOfTheAxes) {
   const Machine machine = machine_of(false);
@@ -518,8 +549,9 @@ TEST(ControlTables, AerotechTablesInTheUnitsOfTheAxes) {
   Diagnostics diagnostics;
   const auto rotary =
       table_format("aerotech")
-          ->read(":START2D 4 1 1 2 10 5 2\n:START2D POSUNIT=PRIMARY CORUNIT=PRIMARY\n0 0 0 0\n0 0 0 0\n", "f",
-                 test::shipped_machine("trunnion_offset"), {}, diagnostics);
+          ->read(
+              ":START2D 4 1 1 2 10 5 2\n:START2D POSUNIT=PRIMARY CORUNIT=PRIMARY\n0 0 0 0\n0 0 0 0\n:END\n",
+              "f", test::shipped_machine("trunnion_offset"), {}, diagnostics);
   ASSERT_FALSE(rotary);
   EXPECT_NE(rotary.error().text().find("of rotary axes it is not read"), std::string::npos)
       << rotary.error().text();

@@ -70,8 +70,10 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
   const std::size_t before = diagnostics.error_count();
   Header header;
   std::vector<std::vector<double>> rows;
+  bool is_whole = false;
   for (const Line& line : lines_of(text)) {
     const std::string_view content = trim(line.text.substr(0, line.text.find_first_of(";'")));
+    is_whole = is_whole || content.starts_with(":END");
     if (content.empty() || content.starts_with(":END")) continue;
     if (content.starts_with(":START2D")) {
       const std::string_view rest = trim(content.substr(8));
@@ -94,6 +96,7 @@ Result<ControlTables> read_aerotech(std::string_view text, const std::string& fi
   }
   if (header.numbers.size() < 6)
     return fail(ErrorCode::wrong_input, "no :START2D line with axes, steps and columns", file);
+  if (!is_whole) diagnostics.error(file, {}, "the table ends without :END: it is cut off");
   if (header.third_output) header.numbers.insert(header.numbers.end() - 3, *header.third_output);
   const std::size_t outputs = header.numbers.size() - 5;
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());

@@ -37,6 +37,7 @@ Result<ControlTables> read_fanuc(std::string_view text, const std::string& file,
     return fail(ErrorCode::wrong_use, "give the interval of the points (parameter 3624) with --step", file);
   std::map<long, long> increments;
   long reference = options.reference_number;
+  std::optional<long> first, last;
   for (const Line& line : lines_of(text)) {
     if (line.text.empty() || line.text.starts_with('%') || line.text.starts_with('(')) continue;
     const auto n = word(line.text, 'N'), p = word(line.text, 'P');
@@ -46,9 +47,20 @@ Result<ControlTables> read_fanuc(std::string_view text, const std::string& file,
       increments[*n - kFirstPoint] = *p;
     } else if (*n == 3620) {
       reference = *p;
+    } else if (*n == 3621 || *n == 3622) {
+      (*n == 3621 ? first : last) = *p;
     }
   }
   if (increments.empty()) diagnostics.error(file, {}, "no points");
+  // Between the two that the file itself names.
+  for (long k = first.value_or(0); first && last && k <= *last; ++k) {
+    if (increments.contains(k)) continue;
+    diagnostics.error(file, {},
+                      "the points go from " + std::to_string(*first) + " to " + std::to_string(*last) +
+                          " (3621, 3622), and N" + std::to_string(kFirstPoint + k) +
+                          " is missing: the table is cut off");
+    break;
+  }
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
   const double factor = position_factor(machine.axes[*machine.axis(options.input_axis)]);
   const double unit = (options.negate ? -1.0 : 1.0) * options.unit_mm;

@@ -19,8 +19,10 @@ Result<ControlTables> read_heidenhain(std::string_view text, const std::string& 
   CorrectionMap map;
   map.nodes.emplace_back();
   std::vector<std::vector<double>> values;
+  bool is_whole = false;
   for (const Line& line : lines_of(text)) {
     const auto words = words_of(line.text, " \t");
+    is_whole = is_whole || (!words.empty() && words[0] == "[END]");
     if (words.empty() || words[0] == "[END]") continue;
     if (words[0] == "BEGIN") {
       if (words.back() == "INCH")
@@ -49,6 +51,7 @@ Result<ControlTables> read_heidenhain(std::string_view text, const std::string& 
     return fail(ErrorCode::wrong_use, "the file does not say which axis it is assigned to: give --axis",
                 file);
   if (columns.empty()) diagnostics.error(file, {1, 1}, "no header");
+  if (!is_whole) diagnostics.error(file, {}, "the table ends without [END]: it is cut off");
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
   const double factor = position_factor(machine.axes[*machine.axis(input)]);
   map.inputs = {input};

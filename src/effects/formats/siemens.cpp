@@ -140,6 +140,13 @@ class Reader {
     if (table.values.size() < 2 || table.values.rbegin()->first + 1 != table.values.size())
       return wrong("points are missing");
     if (table.step <= 0.0) return wrong("$AN_CEC_STEP must be above 0");
+    constexpr double kRounding = 1e-6;
+    if (const auto given = static_cast<double>(table.values.size()); table.max) {
+      const double points = std::floor((*table.max - table.min) / table.step + kRounding) + 1.0;
+      if (given < points)
+        return wrong("the table has " + plain(given) + " values and goes to $AN_CEC_MAX with " +
+                     plain(points) + ": it is cut off");
+    }
     if (table.modulo)
       diagnostics_.warning(file_, {table.line, 1},
                            "modulo table: held outside its range here, repeated by the control");
