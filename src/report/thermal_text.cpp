@@ -24,6 +24,21 @@ std::string score_line(const Score& s, bool chosen) {
          um_cell(s.worst_run_rmse_mm) + um_cell(s.window_rmse_mm) + um_cell(s.window_worst_rmse_mm) + "\n";
 }
 
+// Here each axis moves alone; in a model file it moves with the axis that carries it, which comes first.
+std::string carried_axis_text(const DriftSplit& split) {
+  for (std::size_t i = 0; i < split.parameters.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const std::string &outer = split.parameters[k].name, &inner = split.parameters[i].name;
+      if (outer.size() != 3 || inner.size() != 3 || outer[1] != '0' || inner[1] != '0' ||
+          outer[0] != inner[0])
+        continue;
+      return "Each axis moves alone here. In a model file " + inner.substr(2) + " goes with " +
+             outer.substr(2) + ": its " + inner + " is " + inner + " minus " + outer + " of these.\n";
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string thermal_fit_text(const FitResult& result, const thermal::FitOptions& options) {
@@ -87,7 +102,7 @@ std::string thermal_split_text(const DriftSplit& split) {
          ", condition " + plain(split.condition, 1, 0) + ", residual " +
          fixed_text(split.rms_mm / kMmPerUm, 2) + " um RMS\n";
   for (const auto& direction : split.null_directions) out += direction + "\n";
-  return out;
+  return out + carried_axis_text(split);
 }
 
 std::string thermal_assess_text(const std::vector<BladeResult>& blades, double tolerance_mm) {
