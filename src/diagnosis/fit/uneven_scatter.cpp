@@ -11,10 +11,10 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr Eigen::Index kFewest = 60;        // readings: fewer say little of a variance that changes
-constexpr std::size_t kFewestOfLevel = 12;  // the same of one run or quantity
+constexpr Eigen::Index kFewestForVariance = 60;  // readings: fewer say little of a variance that changes
+constexpr std::size_t kFewestOfLevel = 12;       // the same of one run or quantity
 constexpr std::size_t kMostCauses = 3;
-constexpr double kSure = 20.0;       // of -2 ln likelihood, beyond ln(readings) for each parameter (BIC)
+constexpr double kSureOfVariance = 20.0;  // of -2 ln likelihood, beyond ln(readings) for each parameter (BIC)
 constexpr double kLeastLeft = 0.2;   // of a reading's variance that base, set and surrogate must leave it
 constexpr double kMostSquare = 9.0;  // of the variance, that one reading may say: outliers do not decide
 constexpr double kPriorOfTerm =
@@ -143,7 +143,7 @@ VectorXd left_of(const Observations& o, const FitCore& base, const MatrixXd& bas
 
 std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore& base,
                                             const MatrixXd& surrogate) {
-  if (o.size() < kFewest) return std::nullopt;
+  if (o.size() < kFewestForVariance) return std::nullopt;
   const MatrixXd basis = joined_basis(MatrixXd(surrogate.rows(), 0), surrogate);
   VectorXd r = base.white;
   take_out(basis, r);
@@ -156,7 +156,7 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
     e[i] = r[i] / std::sqrt(left[i]);
   }
   const auto n = static_cast<double>(counted.size());
-  if (counted.size() < static_cast<std::size_t>(kFewest)) return std::nullopt;
+  if (counted.size() < static_cast<std::size_t>(kFewestForVariance)) return std::nullopt;
   const VectorXd squares = e.cwiseAbs2();
 
   std::vector<Term> terms = terms_of(o);
@@ -171,8 +171,8 @@ std::optional<UnevenScatter> uneven_scatter(const Observations& o, const FitCore
       MatrixXd with(o.size(), columns.cols() + terms[k].columns.cols());
       with << columns, terms[k].columns;
       Variance fit = fitted(with, squares, counted);
-      const double gain =
-          now.deviance - fit.deviance - kSure - std::log(n) * static_cast<double>(terms[k].columns.cols());
+      const double gain = now.deviance - fit.deviance - kSureOfVariance -
+                          std::log(n) * static_cast<double>(terms[k].columns.cols());
       if (gain > best_gain) best_gain = gain, best = k, best_fit = std::move(fit);
     }
     if (best_gain <= 0.0) break;
