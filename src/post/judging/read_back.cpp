@@ -30,7 +30,7 @@ VerifyOptions verify_options(const PostJob& job, const PostOptions& options, con
 
 ReadBack::ReadBack(const PostJob& job, const PostOptions& options, const TextSink& sink,
                    const ModelEvaluator* errors)
-    : sink_(sink) {
+    : sink_(sink), cl_file_(job.cl_file) {
   if (!options.verify) return;
   const std::string nc_file = "<program>";
   verifier_ = std::make_unique<Verifier>(*job.machine, *job.controller, verify_options(job, options, errors),
@@ -87,6 +87,11 @@ Result<void> ReadBack::finish(PostReport& report) {
   verifier_->text(unread_);
   auto found = verifier_->finish();
   if (!found) return tl::unexpected(found.error());
+  // As `verify` has it: what cannot be judged is not within tolerance.
+  if (diagnostics_.has_errors())
+    return fail(ErrorCode::wrong_input,
+                "no program is written: the verification finds an error in the words of what was made",
+                cl_file_);
   report.verification = std::move(found->report);
   report.nominal_verification = std::move(found->nominal);
   return {};

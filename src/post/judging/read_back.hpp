@@ -23,7 +23,8 @@ class ReadBack {
   /// The text of the chunk goes to the sink, and is read when the CL points behind it are known: a block near
   /// the last one could not be judged before. Chunks in their order; their text is taken out.
   Result<void> pass_on(Chunk& chunk);
-  /// The end of the program: what was found stands in the report.
+  /// The end of the program: what was found stands in the report. An error where the words themselves are
+  /// wrong.
   Result<void> finish(PostReport& report);
   const Diagnostics& diagnostics() const { return diagnostics_; }
 
@@ -33,6 +34,7 @@ class ReadBack {
   void expect(const Chunk& chunk, std::size_t first, std::size_t end);
 
   const TextSink& sink_;
+  std::string cl_file_;
   Diagnostics diagnostics_;
   std::unique_ptr<Verifier> verifier_;
   std::string unread_;  // the last text that went out
