@@ -110,6 +110,19 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
   expect(error(contour("", "GOTO/10,10,10,0,0.5,0.8660254\n"), "fanuc_30i"), "the tool axis turns");
   expect(error(contour("", "RAPID\n"), "fanuc_30i"), "CUTCOM/OFF is missing before this rapid");
   expect(error(without(contour(), "CUTCOM/OFF\n"), "fanuc_30i"), "CUTCOM/OFF is missing");
+  // The control would lead in or out on the way to or from the safe height.
+  for (const std::string word : {"STOP\n", "ROTATE/CAXIS,ATANGL,30\n", "SPINDL/OFF\n"}) {
+    std::string on = contour();
+    on.insert(on.find("CUTCOM/LEFT"), word);
+    expect(error(on, "fanuc_30i"), "the tool must have been positioned before it is switched on");
+    expect(error(contour("", word), "fanuc_30i"), "CUTCOM/OFF is missing before the tool leaves the part");
+    std::string off = contour();
+    off.insert(off.find("CUTCOM/OFF"), word);
+    expect(error(off, "fanuc_30i"), "CUTCOM");
+  }
+  const std::string ends = contour().substr(0, contour().find("CUTCOM/OFF")) + "FINI\n";
+  EXPECT_NE(error(ends, "fanuc_30i").find("CUTCOM/OFF is missing"), std::string::npos)
+      << error(ends, "fanuc_30i");
   std::string plane = contour();
   plane.replace(plane.find("XYPLAN"), 6, "ZXPLAN");
   const auto p = test::posted(plane, machine, wear());
@@ -121,6 +134,30 @@ TEST(Cutter, WhatAControlWouldNotTakeIsAnErrorByItsLine) {
   const auto under = test::posted(contour(), machine, rtcp, "fanuc_30i");
   ASSERT_FALSE(under.report);
   EXPECT_NE(under.report.error().text().find("tool-centre-point"), std::string::npos);
+}
+
+// Words of a shop's own that leave a control in a state in which it runs the rest as nobody has judged it.
+TEST(Cutter, AProgramInWhoseWordsAnErrorIsFoundIsNone) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string cl =
+      "LOADTL/1,LENGTH,100\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRAT/500,MMPM\nGOTO/0,0,0\nGOTO/20,0,0\nRAPID\n"
+      "GOTO/20,0,60\nFINI\n";
+  for (const char* control : {"fanuc_30i", "haas_ngc", "linuxcnc"}) {
+    nc::Controller c = with_axes_of(machine, test::shipped_controller(control));
+    PostJob job;
+    job.cl_file = "part.cls";
+    job.machine = &machine;
+    job.controller = &c;
+    Diagnostics d;
+    const auto sink = [](std::string_view) { return Result<void>{}; };
+    const auto right = post::post(std::make_unique<test::TextOf>(cl), job, {}, sink, d);
+    ASSERT_TRUE(right && right->verification->passed()) << control;
+    c.program.setup.emplace_back("G41 D91");
+    const auto wrong = post::post(std::make_unique<test::TextOf>(cl), job, {}, sink, d);
+    ASSERT_FALSE(wrong) << control;
+    EXPECT_NE(wrong.error().text().find("no program is written"), std::string::npos) << wrong.error().text();
+    EXPECT_TRUE(d.has_errors()) << control;
+  }
 }
 
 // With the wear in the registers.

@@ -16,7 +16,7 @@ Result<void> CutterWords::switch_to(const cl::CutterCompensation& c, SourceRef w
   if (work_.thermal.is_at_run_time()) return refuse("not with values at run time");
   if (side != nc::CutterSide::off && work_.cutter.is_on())
     return refuse("CUTCOM/OFF is missing before the other side");
-  if (work_.at.approaches || !work_.at.known) {
+  if (work_.at.approaches || work_.at.returns || !work_.at.known) {
     if (side == nc::CutterSide::off) return {};
     return refuse("the tool must have been positioned before it is switched on");
   }

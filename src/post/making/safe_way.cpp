@@ -20,6 +20,7 @@ Result<void> SafeWay::retract(SourceRef where) {
   const auto refuse = [&](const std::string& why) {
     return fail(ErrorCode::check_failed, why, work_.posting.job.cl_file, where);
   };
+  if (work_.cutter.is_on()) return refuse("CUTCOM: CUTCOM/OFF is missing before the tool leaves the part");
   if (work_.posting.controller.retract[nc::index(nc::AxisLetter::Z)].empty()) {
     return refuse("the program has to retract and the controller file " + work_.posting.controller.file +
                   " has no words for it: add [retract] Z");
