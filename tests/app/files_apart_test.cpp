@@ -94,6 +94,24 @@ TEST_F(FilesApart, OptionsThatDoNothingAreTold) {
             std::string::npos);
 }
 
+// The program bounds the values that it reads: by more than is asked for it is not what was posted.
+TEST_F(FilesApart, VerifyKnowsTheThermalLimitsThatAProgramWasPostedWith) {
+  write("drift.csv", "time_s,dx_um,dy_um,dz_um\n0,5,0,0\n100,9,0,0\n");
+  const std::string limits = " --thermal-clamp-um 300";
+  const Outcome done =
+      run("post part.cls -m mill.toml -o warm.nc --offsets drift.csv --thermal-output variables" + limits);
+  ASSERT_EQ(done.code, 0) << done.messages;
+  const std::string verify = "verify warm.nc --against part.cls -m mill.toml";
+  for (const char* drift : {"", " --offsets drift.csv"}) {
+    const Outcome with = run(verify + drift + limits);
+    EXPECT_EQ(with.code, 0) << drift << with.messages;
+    EXPECT_EQ(with.messages.find("no effect"), std::string::npos) << with.messages;
+    const Outcome without = run(verify + drift);
+    EXPECT_EQ(without.code, 1) << drift << without.messages;
+    EXPECT_NE(without.messages.find("--thermal-clamp-um"), std::string::npos) << without.messages;
+  }
+}
+
 TEST_F(FilesApart, WrongUseIsAnErrorInEveryWording) {
   for (const char* words :
        {"post part.cls -m mill.toml -o o.nc --tolerance-mm 0", "machine mill.toml -o ''",

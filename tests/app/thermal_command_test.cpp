@@ -377,6 +377,9 @@ TEST(ThermalSplit, TellsTheCAxisFromTheToolAtFourAnglesAndRefusesAtOne) {
   EXPECT_NEAR(result()["parameters"]["tool_x"]["value_um"], 7.0, 0.01);
   EXPECT_NEAR(result()["parameters"]["tool_y"]["value_um"], -4.0, 0.01);
   EXPECT_EQ(result()["rank"], 5);  // A was never tilted
+  // Here each axis moves alone; in a model file C goes with A.
+  EXPECT_THAT(read_file(folder.file("text.txt")).value_or(""),
+              HasSubstr("its Y0C is Y0C minus Y0A of these"));
   EXPECT_EQ(run("one.csv"), 1);
   EXPECT_EQ(result()["rank"], 3);
   EXPECT_FALSE(result()["parameters"]["X0C"]["identifiable"]);

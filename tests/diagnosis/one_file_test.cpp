@@ -15,8 +15,9 @@ struct TwoFiles {
   Machine machine = test::shipped_machine("trunnion_offset");
   Dataset data;
 
-  // The first ball and the lines stand in one file, the two other balls in another.
-  explicit TwoFiles(std::uint64_t seed) {
+  // The first ball and the lines stand in one file, the two other balls in another, of the machine as it is
+  // later.
+  explicit TwoFiles(std::uint64_t seed, const std::string& later = kOfTheMachine) {
     std::string plan;
     for (const auto& [id, ball] : {std::pair{"one", "[80, 0, 60]"}, std::pair{"two", "[0, 90, 120]"},
                                    std::pair{"three", "[-60, -30, 40]"}})
@@ -30,8 +31,13 @@ struct TwoFiles {
          {std::tuple{"x", "X", "[[1, 0, 0]]"}, std::tuple{"y", "Y", "[[0, 1, 0]]"}})
       plan += test::sweep_run(id, axis, -240, 240, 21, n, "displacement", {});
     data = test::measured(machine, plan, "[model]\nname = \"m\"\n" + kOfTheMachine, seed);
+    const Dataset moved = test::measured(machine, plan, "[model]\nname = \"m\"\n" + later, seed);
     data.files = {"a.csv", "b.csv"};
-    for (Reading& r : data.readings) data.rows[r.row].file = is_of_second(r) ? 1 : 0;
+    for (std::size_t i = 0; i < data.readings.size(); ++i) {
+      Reading& r = data.readings[i];
+      data.rows[r.row].file = is_of_second(r) ? 1 : 0;
+      if (is_of_second(r)) r.value = moved.readings[i].value;
+    }
   }
   bool is_of_second(const Reading& r) const {
     const std::string& run = data.context.runs[data.run_of(r)].id;
@@ -113,6 +119,21 @@ TEST(LongOneFile, MeasuredWhileTheControlCompensates) {
   const Diagnosis none = measured_with_compensation(7, {});
   EXPECT_EQ(none.verdict, Verdict::named) << none.paragraph;
   EXPECT_EQ(none.effects, std::vector<std::string>{"backlash:A"}) << none.paragraph;
+}
+
+// A collision leaves other values of the known effect: they look as if much of it had been taken out.
+TEST(LongOneFile, AChangeOfTheMachineIsNoCompensation) {
+  for (const auto& [cosine, sine] : {std::pair{"10", "-8"}, std::pair{"4", "-12"}}) {
+    const std::string later =
+        "[[effect]]\nid = \"backlash:A\"\n[effect.parameters]\nb_urad = 40\n"
+        "[[effect]]\nid = \"component:EBC\"\n[effect.parameters]\ncos1_urad = " +
+        std::string(cosine) + "\nsin1_urad = " + sine + "\n";
+    TwoFiles files(8, later);
+    const Diagnosis d =
+        diagnose(files.machine, files.data, test::model_for(files.machine, files.data, kKnownWithValues));
+    for (const auto& b : d.bookkeeping)
+      EXPECT_NE(b.convention.kind, ConventionKind::compensated) << cosine << ": " << d.paragraph;
+  }
 }
 
 TEST(LongOneFile, RightFilesAreNotAccused) {
