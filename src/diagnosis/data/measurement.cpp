@@ -13,6 +13,7 @@
 #include "trunnion/base/units.hpp"
 
 #include "diagnosis/data/measurement_columns.hpp"
+#include "diagnosis/data/reading_unit.hpp"
 #include "diagnosis/data/zeroed_groups.hpp"
 
 namespace trunnion::diagnosis {
@@ -23,25 +24,6 @@ constexpr double kNotRead =
 constexpr double kSameDirection = 1e-6;        // README, "u_common": n equal within this
 constexpr double kDirectionLengthError =
     1e-2;  // n given with two decimals, (0.71, 0.71, 0), is still a direction
-
-// To mm or rad; nothing for a unit of another quantity.
-std::optional<double> factor_of_unit(Quantity quantity, const std::string& unit) {
-  constexpr double kArcminPerDegree = 60.0, kArcsecPerDegree = 3600.0;
-  static const std::map<std::string, double> lengths = {
-      {"um", kMmPerUm}, {"\u00b5m", kMmPerUm},       {"\u03bcm", kMmPerUm},
-      {"mm", 1.0},      {"nm", kMmPerUm * kMmPerUm}, {"in", kMmPerInch}};
-  static const std::map<std::string, double> angles = {{"urad", kRadPerUrad},
-                                                       {"\u00b5rad", kRadPerUrad},
-                                                       {"\u03bcrad", kRadPerUrad},
-                                                       {"mrad", kRadPerUrad / kMmPerUm},
-                                                       {"rad", 1.0},
-                                                       {"deg", kRadPerDegree},
-                                                       {"arcmin", kRadPerDegree / kArcminPerDegree},
-                                                       {"arcsec", kRadPerDegree / kArcsecPerDegree}};
-  const auto& known = quantity == Quantity::displacement ? lengths : angles;
-  const auto it = known.find(unit);
-  return it == known.end() ? std::nullopt : std::optional(it->second);
-}
 
 // One row with its values apart, as long as several files' sensors are being joined.
 struct RawRow {

@@ -9,6 +9,8 @@
 #include "trunnion/config/csv.hpp"
 #include "trunnion/diagnosis/iso230_lines.hpp"
 
+#include "diagnosis/data/reading_unit.hpp"
+
 namespace trunnion::iso230 {
 namespace {
 
@@ -73,9 +75,10 @@ std::optional<Reading> reading_of(const config::CsvTable& table, const config::C
   if (std::abs(r.n.norm() - 1.0) > kUnitTolerance)
     error(*columns.n[0], "n has the length " + shortest_text(r.n.norm()) + ", expected 1");
   const std::string& unit = row.fields[*columns.unit];
-  if (unit != (r.rotation ? "urad" : "um"))
-    error(*columns.unit, "unit is '" + unit + "', expected " + (r.rotation ? "urad" : "um"));
-  r.deviation = number(*columns.value) * (r.rotation ? kRadPerUrad : kMmPerUm);
+  const auto factor = diagnosis::factor_of_unit(
+      r.rotation ? diagnosis::Quantity::rotation : diagnosis::Quantity::displacement, unit);
+  if (!factor) error(*columns.unit, "unit is '" + unit + "', expected " + (r.rotation ? "urad" : "um"));
+  r.deviation = number(*columns.value) * factor.value_or(0.0);
   if (diagnostics.error_count() > before) return std::nullopt;
   r.n.normalize();
   return r;
