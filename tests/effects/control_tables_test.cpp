@@ -447,6 +447,10 @@ TEST(ControlTables, FaultsNameTheirPlace) {
   };
   EXPECT_EQ(fault("linuxcnc", "0 0 0\n1 1 1\nend\n"), "f:3:1: error: 'end' is not a number");
   EXPECT_EQ(fault("linuxcnc", "0 0 0\n0 1 1\n"), "f:2:1: error: positions must ascend");
+  EXPECT_NE(fault("linuxcnc", "0 0.01 0.01\n100 0.012 0.011\n200 -0.004 0\n")
+                .find("read as type 0 (COMP_FILE_TYPE) its corrections change by 1.000 mm in each mm"),
+            std::string::npos);
+  EXPECT_EQ(fault("linuxcnc", "0 0.01 0.01\n100 100.012 100.011\n200 199.9 200\n"), "accepted");
   EXPECT_EQ(fault("isg", "X EXX\n0 1\n1 x\n"), "f:3:1: error: 'x' is not a number");
   EXPECT_EQ(fault("isg", "X Y EXX\n0 0 1\n1 1 2\n"),
             "f:1:1: error: parameter values are not on a grid: 2 rows, the grid has 4 nodes");

@@ -10,6 +10,18 @@ namespace {
 
 constexpr std::size_t kMostEntries = 256;  // EMCMOT_COMP_SIZE
 
+// Read as the other type, corrections grow by the travel itself.
+std::optional<std::string> other_type(const std::vector<double>& nodes,
+                                      const std::vector<double>& corrections, int file_type) {
+  constexpr double kLargestSlope = 0.1;  // of a screw in mm per mm: a hundred times the worst there is
+  const double slope = (corrections.back() - corrections.front()) / (nodes.back() - nodes.front());
+  if (std::abs(slope) < kLargestSlope) return std::nullopt;
+  const std::string other = std::to_string(1 - file_type);
+  return "read as type " + std::to_string(file_type) + " (COMP_FILE_TYPE) its corrections change by " +
+         fixed_text(std::abs(slope), 3) + " mm in each mm of travel: is it of type " + other +
+         "? Give --type " + other;
+}
+
 Result<ControlTables> read_linuxcnc(std::string_view text, const std::string& file, const Machine& machine,
                                     const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
@@ -40,6 +52,8 @@ Result<ControlTables> read_linuxcnc(std::string_view text, const std::string& fi
   }
   if (map.nodes[0].size() < 2) diagnostics.error(file, {}, "fewer than two triplets");
   if (diagnostics.error_count() > before) return tl::unexpected(diagnostics.first_error());
+  if (const auto other = other_type(map.nodes[0], output.up, options.file_type))
+    return fail(ErrorCode::wrong_input, *other, file);
   if (output.down == output.up) output.down.clear();
   map.outputs = {output};
   return ControlTables{.errors = {}, .location = {}, .corrections = {map}};
