@@ -218,7 +218,8 @@ void add_import(CLI::App& command, int& exit) {
   sub->add_option("--skip-lines", words->options.skip_lines, "lines before the header");
   sub->add_flag("--part", words->options.part, "accept a file with only temperatures or only displacements");
   sub->add_option("--seconds-per-count", words->options.seconds_per_count,
-                  "seconds per count, if the column of --time counts samples")
+                  "seconds per count of the column of --time (default: the unit in its name, as in time_ms; "
+                  "else seconds)")
       ->check(CLI::PositiveNumber);
   sub->add_option("--run", words->options.run_column, "column whose value names the run");
   sub->add_option("--speed", words->options.speed_column, "column of the spindle speed")

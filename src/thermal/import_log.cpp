@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <fnmatch.h>
+#include <map>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -39,16 +40,48 @@ bool matches(const std::vector<std::string>& patterns, const std::string& name) 
                      [&](const std::string& p) { return fnmatch(p.c_str(), name.c_str(), 0) == 0; });
 }
 
+std::string in_small_letters(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+// Of a column `time_ms`, `Time [ms]`, `t (min)`: what stands before the unit, and the unit in seconds.
+struct TimeName {
+  std::string stem;
+  std::optional<double> seconds;
+};
+
+TimeName time_name(const std::string& column) {
+  static const std::map<std::string, double> units = {{"s", 1.0},
+                                                      {"sec", 1.0},
+                                                      {"second", 1.0},
+                                                      {"seconds", 1.0},
+                                                      {"ms", 1e-3},
+                                                      {"msec", 1e-3},
+                                                      {"milliseconds", 1e-3},
+                                                      {"us", 1e-6},
+                                                      {"\u00b5s", 1e-6},
+                                                      {"\u03bcs", 1e-6},
+                                                      {"min", kSecondsPerMinute},
+                                                      {"minutes", kSecondsPerMinute},
+                                                      {"h", 3600.0},
+                                                      {"hours", 3600.0}};
+  const std::string name = in_small_letters(column);
+  const auto last = name.find_last_not_of(" ])");
+  const auto before = name.find_last_of(" _[(/", last);
+  if (before == std::string::npos || last == std::string::npos || before == 0) return {name, {}};
+  const auto unit = units.find(name.substr(before + 1, last - before));
+  if (unit == units.end()) return {name, {}};
+  return {name.substr(0, name.find_last_not_of(" _[(/", before) + 1), unit->second};
+}
+
 std::optional<std::size_t> time_column(const config::CsvRows& rows, const ImportOptions& options) {
   if (!options.time_column.empty()) return rows.column(options.time_column);
   if (const auto ours = rows.column("time_s")) return ours;
   for (const std::string_view known : {"time", "timestamp", "datetime", "date", "zeit"}) {
-    for (std::size_t i = 0; i < rows.columns().size(); ++i) {
-      std::string lower;
-      for (const char c : rows.columns()[i])
-        lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      if (lower == known) return i;
-    }
+    for (std::size_t i = 0; i < rows.columns().size(); ++i)
+      if (time_name(rows.columns()[i]).stem == known) return i;
   }
   return std::nullopt;
 }
@@ -117,11 +150,30 @@ Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, 
   return out;
 }
 
-double time_of(config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
-               const ForeignText& foreign, std::size_t count) {
+// Seconds of a count of the column of the time.
+double count_s(const config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
+               const ForeignText& foreign) {
+  if (!sources.time || foreign.dated.contains(*sources.time)) return 1.0;
+  return options.seconds_per_count.value_or(time_name(rows.columns()[*sources.time]).seconds.value_or(1.0));
+}
+
+double time_of(config::CsvRows& rows, const Sources& sources, const ImportOptions& options, double count_s,
+               std::size_t count) {
   if (options.step_s) return *options.step_s * static_cast<double>(count);
-  const double value = rows.number(*sources.time).value_or(0.0);
-  return foreign.dated.contains(*sources.time) ? value : value * options.seconds_per_count;
+  return rows.number(*sources.time).value_or(0.0) * count_s;
+}
+
+// Numbers without a unit may be anything.
+void tell_unit(const config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
+               const ForeignText& foreign, const Log& log, Diagnostics& diagnostics) {
+  if (!sources.time || options.seconds_per_count || foreign.dated.contains(*sources.time)) return;
+  const std::string& column = rows.columns()[*sources.time];
+  const LogRun& run = log.runs.front();
+  if (time_name(column).seconds || run.rows() < 2) return;
+  diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(*sources.time + 1)},
+                      "column '" + column + "' names no unit: its numbers are taken for seconds, rows " +
+                          shortest_text(run.time_s[1] - run.time_s[0]) +
+                          " s apart. If they are not, give --seconds-per-count");
 }
 
 LogRun& start_run(Log& log, std::string id) {
@@ -156,8 +208,9 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
   double start_s = 0.0;
   std::size_t count = 0;
   double speed_before = 0.0;
+  const double seconds = count_s(rows, sources, options, foreign);
   while (rows.next()) {
-    const double time_s = time_of(rows, sources, options, foreign, count++);
+    const double time_s = time_of(rows, sources, options, seconds, count++);
     const double speed = sources.speed ? rows.number_or_nan(*sources.speed).value_or(0.0) : 0.0;
     const std::string id = sources.run ? std::string(rows.fields()[*sources.run]) : "1";
     bool starts = log.runs.empty() || (sources.run && log.runs.back().id != id);
@@ -183,6 +236,7 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
   }
   if (log.runs.empty()) diagnostics.error(file, {rows.header_line(), 1}, "no rows that belong to a run");
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
+  tell_unit(rows, sources, options, foreign, log, diagnostics);
   return log;
 }
 

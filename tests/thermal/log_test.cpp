@@ -152,6 +152,37 @@ TEST(ThermalImport, SaysWhatIsMissing) {
   EXPECT_NE(message(table, options).find("no column 'PT*'"), std::string::npos);
 }
 
+// Milliseconds that are taken for seconds make a day of a warm-up of a minute and a half.
+TEST(ThermalImport, KnowsTheUnitOfTheTimeByItsNameOrSaysThatThereIsNone) {
+  const auto read = [](const std::string& name, const std::string& column, std::string& told,
+                       std::optional<double> given = {}) {
+    ImportOptions options;
+    options.time_column = column;
+    options.seconds_per_count = given;
+    Diagnostics diagnostics;
+    const auto log = import_log(name + ",a_C,z_um\n1000,20,1\n3000,21,2\n", "l.csv", options, diagnostics);
+    told = messages_of(diagnostics);
+    return log ? log->runs[0].time_s[1] : -1.0;
+  };
+  std::string told;
+  for (const auto& [name, seconds] :
+       {std::pair{"time_s", 2000.0}, std::pair{"time_ms", 2.0}, std::pair{"Time [ms]", 2.0},
+        std::pair{"TIME(min)", 120000.0}, std::pair{"timestamp_us", 0.002}, std::pair{"Zeit / h", 7.2e6}}) {
+    EXPECT_NEAR(read(name, "", told), seconds, 1e-9 * seconds) << name;
+    EXPECT_EQ(told, "") << name;
+  }
+  EXPECT_NEAR(read("t_ms", "t_ms", told), 2.0, 1e-12);
+  EXPECT_EQ(told, "");
+  EXPECT_NEAR(read("time_ms", "", told, 60.0), 120000.0, 1e-6);
+  EXPECT_EQ(told, "");
+  for (const std::string name : {"time", "n", "heat_mass"}) {
+    EXPECT_NEAR(read(name, name, told), 2000.0, 1e-9) << name;
+    EXPECT_NE(told.find("l.csv:1:1: warning: column '" + name + "' names no unit"), std::string::npos)
+        << told;
+    EXPECT_NE(told.find("rows 2000 s apart"), std::string::npos) << told;
+  }
+}
+
 TEST(ThermalImport, DatesAreSecondsOfTheEpoch) {
   EXPECT_EQ(seconds_of_date("1970-01-01T00:00:00Z"), 0.0);
   EXPECT_EQ(seconds_of_date("2000-03-01 00:00"), 951868800.0);  // the day after a 29 February

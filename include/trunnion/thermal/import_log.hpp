@@ -11,12 +11,15 @@ namespace trunnion::thermal {
 /// `sensors` or its name ends in `_C` or `_degC`, a channel when it matches one of `channels` or ends in
 /// `_um`; anything else that is not named here is left out and told.
 struct ImportOptions {
-  /// Empty: `time_s`, else the first of time, timestamp, datetime, date, zeit (any case). Dates and times of
+  /// Empty: `time_s`, else the first of time, timestamp, datetime, date, zeit (any case, with a unit or
+  /// without). Dates and times of
   /// the day (ISO 8601, 31.12.2024 07:30:00) are read as such.
   std::string time_column;
-  double seconds_per_count = 1.0;  // 120 where the column counts samples of two minutes
-  std::optional<double> step_s;    // a file without a time: rows are so far apart
-  std::string run_column;          // a new run at each new value; empty: one run
+  /// 120 where the column counts samples of two minutes. Not given: the unit that its name has (`time_ms`,
+  /// `Time [min]`), else seconds, with a warning.
+  std::optional<double> seconds_per_count;
+  std::optional<double> step_s;  // a file without a time: rows are so far apart
+  std::string run_column;        // a new run at each new value; empty: one run
   std::string speed_column = "spindle_rpm";
   bool run_starts_with_spindle =
       false;  // a new run whenever the speed rises from zero; rows before the first start are left out
