@@ -352,8 +352,9 @@ std::string formula_text(const ProposedFormula& f) {
 }
 
 std::string bookkeeping_text(const std::vector<Bookkeeping>& all) {
-  return "No effect of the machine is missing as far as this goes: a convention is wrong in the files. " +
-         conventions_text(all) + " Put that right and diagnose again before anything is compensated.";
+  return "A convention is wrong in the files: that explains the readings better than any effect does. " +
+         conventions_text(all) +
+         " Put that right and diagnose again before anything is compensated: an effect may still be missing.";
 }
 
 std::string either_text(const Diagnosis& d) {
