@@ -10,6 +10,7 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sstream>
 #include <string_view>
 #include <unistd.h>
 
@@ -135,8 +136,10 @@ int run(int argc, char** argv) {
   try {
     root.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    const int code = root.exit(e);
-    return code == 0 ? kDone : kWrongUse;
+    std::ostringstream out, messages;
+    const int code = root.exit(e, out, messages);
+    std::fputs(messages.str().c_str(), stderr);
+    return code == 0 ? write_output("-", out.str()) : kWrongUse;
   }
   return exit;
 }
