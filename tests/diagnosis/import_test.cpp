@@ -37,6 +37,22 @@ Dataset read_back(const Result<std::string>& text, const Machine& machine) {
   return *data;
 }
 
+// Another column of the time is not read: nobody is to believe that it was.
+TEST(ImportLog, SaysWhatItTakesForTheTime) {
+  const auto told = [](const std::string& column) {
+    Diagnostics diagnostics;
+    const auto csv =
+        import_log(column + ",a_C,z_um\n0,20,1\n1000,21,2\n", "l.csv", {.channel = "z_um"}, diagnostics);
+    if (!csv) return csv.error().text();
+    return diagnostics.findings().empty() ? std::string() : diagnostics.findings().front().text();
+  };
+  EXPECT_EQ(told("time_s"), "");
+  EXPECT_EQ(told("sample"), "");
+  EXPECT_EQ(told("time_ms"),
+            "l.csv:1:1: warning: no column 'time_s': rows are taken to be 60 s apart (--step-s), whatever "
+            "other columns say of the time");
+}
+
 const std::string kLaserFile =
     "JobName : 1-X_Y\nAxisIndex : 2 ; 1\nConversionFactor : 1\nMotionDirection : 1 ; 1\n\nIgnored\n\n"
     "  Position1   LaserData1   Position2   LaserData2   AirTemp\n:START\n"

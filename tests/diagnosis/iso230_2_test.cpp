@@ -129,6 +129,23 @@ TEST(Iso2302, FindsTheSenseFromTheOrderWhereTheFileDoesNotSay) {
   EXPECT_NEAR(line.down[2][0], 6e-6, 1e-18);
 }
 
+// As every other command reads them.
+TEST(Iso2302, ReadsTheUnitsOfMeasurementFiles) {
+  const auto deviation = [](const std::string& quantity, const std::string& value) {
+    Diagnostics diagnostics;
+    const auto r = parse_readings(
+        "run_id,X_mm,quantity,n_x,n_y,n_z,value,unit\n1,0," + quantity + ",1,0,0," + value + "\n", "t.csv",
+        diagnostics);
+    return r ? std::optional(r->rows.front().deviation) : std::nullopt;
+  };
+  EXPECT_NEAR(deviation("displacement", "3,um").value_or(0.0), 3e-3, 1e-15);
+  EXPECT_NEAR(deviation("displacement", "0.003,mm").value_or(0.0), 3e-3, 1e-15);
+  EXPECT_NEAR(deviation("displacement", "3000,nm").value_or(0.0), 3e-3, 1e-15);
+  EXPECT_NEAR(deviation("rotation", "2,arcsec").value_or(0.0), 2.0 / 3600.0 * kRadPerDegree, 1e-15);
+  EXPECT_FALSE(deviation("displacement", "3,urad"));
+  EXPECT_FALSE(deviation("rotation", "3,mm"));
+}
+
 TEST(Iso2302, FaultsNameTheirPlace) {
   Diagnostics diagnostics;
   const auto r = parse_readings(

@@ -78,6 +78,10 @@ Result<std::string> import_log(std::string_view text, const std::string& file, c
     return fail(ErrorCode::wrong_input, "there is no channel '" + options.channel + "'", file,
                 {table->header_line, 1});
   const auto time = table->column("time_s");
+  if (!time && !table->column("sample"))
+    diagnostics.warning(file, {table->header_line, 1},
+                        "no column 'time_s': rows are taken to be " + shortest_text(options.step_s) +
+                            " s apart (--step-s), whatever other columns say of the time");
   const auto run = table->column("run_id") ? table->column("run_id") : table->column("day");
   const auto rpm = table->column("spindle_rpm");
   const auto sensors = temperatures(*table);
