@@ -150,11 +150,12 @@ Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, 
   return out;
 }
 
-// Seconds of a count of the column of the time.
-double count_s(const config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
-               const ForeignText& foreign) {
+// Seconds of a count of the column of the time; nothing where nobody says it.
+std::optional<double> count_s(const config::CsvRows& rows, const Sources& sources,
+                              const ImportOptions& options, const ForeignText& foreign) {
   if (!sources.time || foreign.dated.contains(*sources.time)) return 1.0;
-  return options.seconds_per_count.value_or(time_name(rows.columns()[*sources.time]).seconds.value_or(1.0));
+  if (options.seconds_per_count) return options.seconds_per_count;
+  return time_name(rows.columns()[*sources.time]).seconds;
 }
 
 double time_of(config::CsvRows& rows, const Sources& sources, const ImportOptions& options, double count_s,
@@ -164,14 +165,11 @@ double time_of(config::CsvRows& rows, const Sources& sources, const ImportOption
 }
 
 // Numbers without a unit may be anything.
-void tell_unit(const config::CsvRows& rows, const Sources& sources, const ImportOptions& options,
-               const ForeignText& foreign, const Log& log, Diagnostics& diagnostics) {
-  if (!sources.time || options.seconds_per_count || foreign.dated.contains(*sources.time)) return;
-  const std::string& column = rows.columns()[*sources.time];
-  const LogRun& run = log.runs.front();
-  if (time_name(column).seconds || run.rows() < 2) return;
-  diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(*sources.time + 1)},
-                      "column '" + column + "' names no unit: its numbers are taken for seconds, rows " +
+void tell_unit(const config::CsvRows& rows, std::size_t column, const LogRun& run, Diagnostics& diagnostics) {
+  if (run.rows() < 2) return;
+  diagnostics.warning(rows.file(), {rows.header_line(), static_cast<std::uint32_t>(column + 1)},
+                      "column '" + rows.columns()[column] +
+                          "' names no unit: its numbers are taken for seconds, rows " +
                           shortest_text(run.time_s[1] - run.time_s[0]) +
                           " s apart. If they are not, give --seconds-per-count");
 }
@@ -208,9 +206,9 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
   double start_s = 0.0;
   std::size_t count = 0;
   double speed_before = 0.0;
-  const double seconds = count_s(rows, sources, options, foreign);
+  const auto seconds = count_s(rows, sources, options, foreign);
   while (rows.next()) {
-    const double time_s = time_of(rows, sources, options, seconds, count++);
+    const double time_s = time_of(rows, sources, options, seconds.value_or(1.0), count++);
     const double speed = sources.speed ? rows.number_or_nan(*sources.speed).value_or(0.0) : 0.0;
     const std::string id = sources.run ? std::string(rows.fields()[*sources.run]) : "1";
     bool starts = log.runs.empty() || (sources.run && log.runs.back().id != id);
@@ -236,7 +234,7 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
   }
   if (log.runs.empty()) diagnostics.error(file, {rows.header_line(), 1}, "no rows that belong to a run");
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
-  tell_unit(rows, sources, options, foreign, log, diagnostics);
+  if (!seconds) tell_unit(rows, *sources.time, log.runs.front(), diagnostics);
   return log;
 }
 
