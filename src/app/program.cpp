@@ -139,7 +139,10 @@ int run(int argc, char** argv) {
     std::ostringstream out, messages;
     const int code = root.exit(e, out, messages);
     std::fputs(messages.str().c_str(), stderr);
-    return code == 0 ? write_output("-", out.str()) : kWrongUse;
+    if (code != 0) return kWrongUse;
+    // Help is asked for before the log is set up.
+    if (spdlog::get("trunnion") == nullptr) set_up_log(quiet, verbose, wants_color(color));
+    return write_output("-", out.str());
   }
   return exit;
 }
