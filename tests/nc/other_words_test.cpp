@@ -1,6 +1,11 @@
 // Words of programs that others wrote, resolved to absolute millimetres.
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
+
+#include "trunnion/base/number_text.hpp"
+#include "trunnion/base/units.hpp"
+#include "trunnion/nc/expand.hpp"
 
 #include "support/controllers.hpp"
 
@@ -240,6 +245,43 @@ TEST(OtherWords, ATurnLeadsWherePlaneGeometrySays) {
   expect_at(p[5], 7.0, 8.0, 9.0);
 }
 
+// In coordinates that are turned the place where a circle begins is turned there and back: the last digits
+// are no way from its end to its beginning.
+TEST(OtherWords, AFullCircleStaysOneInTurnedCoordinates) {
+  std::mt19937 random(7);
+  const auto draw = [&](double least, double most) {
+    return std::round(1e3 * std::uniform_real_distribution<double>(least, most)(random)) * 1e-3;
+  };
+  const auto word = [](char letter, double value) { return std::string(1, letter) + fixed_text(value, 3); };
+  const AxisFormat format(kDecimals, kDecimals);
+  for (int i = 0; i < 1500; ++i) {
+    const bool siemens = i % 2 == 1;
+    const std::string turn = siemens ? "AROT Z" + fixed_text(draw(-180, 180), 3)
+                                     : "G68 X" + fixed_text(draw(-9, 9), 3) + " Y" +
+                                           fixed_text(draw(-9, 9), 3) + " R" + fixed_text(draw(-180, 180), 3);
+    double x = draw(-30, 30), y = draw(-30, 30);
+    std::string text = siemens ? "G710 G90\nG54\n" : "G21 G90\nG54\n";
+    text += "G0 X0. Y0. Z50.\n" + turn + "\nG0 " + word('X', x) + " " + word('Y', y) + " Z5.\n";
+    if (i % 3 != 0) {
+      text += "G91\n";
+      for (int k = 0; k < i % 3; ++k) {
+        const double dx = draw(-5, 5), dy = draw(-5, 5);
+        x += dx;
+        y += dy;
+        text += "G1 " + word('X', dx) + " " + word('Y', dy) + " F500.\n";
+      }
+      text += "G90\n";
+    }
+    const bool says_end = i % 5 != 0, helix = i % 7 == 0;
+    text += std::string(i % 4 < 2 ? "G2" : "G3") + (says_end ? " " + word('X', x) + " " + word('Y', y) : "") +
+            (helix ? " Z4." : "") + " " + word('I', draw(1, 9)) + " " + word('J', draw(-9, 9)) +
+            " F500.\nM30\n";
+    const auto arcs = all_of<Arc>(read(text, siemens ? "siemens_840d_sl" : "fanuc_30i"));
+    ASSERT_EQ(arcs.size(), 1U) << text;
+    ASSERT_NEAR(course_of(arcs[0], format, 0.01).sweep_rad, kTwoPi, 1e-9) << text;
+  }
+}
+
 TEST(OtherWords, FramesOfASecondKindAreShiftsAndTurnsOneInTheOther) {
   const auto p = ends(
       "G17 G710 G90 G94\nG0 X0 Y0 Z50\nTRANS X10 Y20\nATRANS Z1 ; and up\nAROT Z90\nG0 X=5 Y0 Z40\nG1 "
@@ -271,7 +313,7 @@ TEST(OtherWords, ACircleByCRAndByAbsoluteCentres) {
 
 TEST(OtherWords, FeedPerRevolutionFollowsTheSpindle) {
   const auto motions = all_of<Motion>(
-      read("G21 G90\nS1500 M3\nG0 X0 Y0 Z0\nG95 G1 X1 F0.2\nS3000\nX2\nG20 X1 F0.01\nG94 X3 F10\nM2\n"));
+      read("G21 G90\nS1500 M3\nG0 X0 Y0 Z0\nG95 G1 X1 F0.2\nS3000\nX2\nG20\nX1 F0.01\nG94 X3 F10\nM2\n"));
   ASSERT_EQ(motions.size(), 5u);
   const FeedFormat feed = test::shipped_controller("linuxcnc").numbers.feed;
   const double mm_min[] = {0.2 * 1500, 0.2 * 3000, 0.01 * 25.4 * 3000, 10 * 25.4};
@@ -702,6 +744,12 @@ TEST(OtherWords, WhatIsNotKnownIsRefusedByItsWord) {
        "from the end of its block"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 Q201 = -20\n2 M2\n", "Q201 is the control's"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 FN 0: Q203 = +9\n2 M2\n", "Q203 is the control's"},
+      // In the order of the interpreter's own steps F comes before the unit.
+      {"linuxcnc", "G21 G90\nG0 X0 Y0 Z0\nG20 F20\nG1 X1\nM2\n", "counts in the unit before"},
+      {"linuxcnc", "G20 G90\nG0 X0 Y0 Z0\nG1 X1 F20\nG21 F200\nX2\nM2\n", "counts in the unit before"},
+      {"linuxcnc", "G21 G90\nS1000 M3\nG0 X0 Y0 Z0\nG1 X1 F20\nS0\nX2\nM2\n", "at a speed of 0"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 L X+1 Y+0 Z+0 FMAX\n2 L X+30 * Y+50 F100\n3 M2\n", "'*'"},
+      {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 Q1 = 5\n2 L X+Q1*2 FMAX\n3 M2\n", "'*' is not"},
       {"heidenhain_tnc640", "0 BEGIN PGM P MM\n1 CALL LBL 7\n2 M2\n3 END PGM P MM\n", "no 'LBL 7'"},
   };
   for (const Case& k : cases) {

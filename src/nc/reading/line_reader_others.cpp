@@ -65,8 +65,17 @@ void LineReader::run_line_of_others() {
     return;
   }
   const bool per_revolution = others.per_revolution();
-  // Some keep the number of F, some the speed.
-  if (others.take_modes(parsed_) && !s_.c.input.unit_keeps_speed) s_.feed = others.feed_of_turn() = 0;
+  // Some keep the number of F, some the speed; these take an F beside the word in the unit before it.
+  if (others.take_modes(parsed_)) {
+    if (!s_.c.input.unit_keeps_speed)
+      s_.feed = others.feed_of_turn() = 0;
+    else if (const auto feed = std::find_if(parsed_.words.begin(), parsed_.words.begin() + parsed_.word_count,
+                                            [](const Word& word) { return word.letter == 'F'; });
+             feed != parsed_.words.begin() + parsed_.word_count)
+      return s_.error(
+          feed->column,
+          "F in the line that changes the unit counts in the unit before: say it in a line behind");
+  }
   if (others.per_revolution() && !per_revolution) {
     s_.set_feed_mode(FeedMode::per_minute);
     s_.feed = s_.language.others->feed_of_turn() = 0;

@@ -19,6 +19,7 @@ static_assert(kMmPerInch * kTen == kMmPerTenInches);
 constexpr double kFarthest = 1e7;
 constexpr std::int64_t kMostQuanta = std::numeric_limits<std::int64_t>::max() / (2 * kMmPerTenInches);
 
+constexpr double kSamePlace_mm = 1e-6;  // far below the digits of any program, far above those of the reading
 constexpr const char* kBeyond = ": beyond 10000000 mm, inches or degrees";
 
 }  // namespace
@@ -287,8 +288,17 @@ std::optional<FoundEvent> OtherWords::take_circle(ParsedLine& line, const AxisWo
     return refuse(found.column, "a helix of several turns in coordinates that are turned is not read");
   // Not every compiler lets a lambda capture a binding.
   const std::array<AxisLetter, 2> in_plane = {first, second};
+  // Turned there and back a place is off by the last digits: where the circle ends where it begins the
+  // control goes all the way round.
+  const bool closes = frames_.now.turns() && std::all_of(in_plane.begin(), in_plane.end(), [&](AxisLetter l) {
+                        return std::abs(format_.internal(l, arc_.words[l] - position[l])) < kSamePlace_mm;
+                      });
+  if (closes)
+    for (const AxisLetter letter : in_plane) arc_.words.set(letter, position[letter]);
   const auto placed = [&] {
     arc_.words = frames_.now.position_of(arc_.words);
+    if (closes)
+      for (const AxisLetter letter : in_plane) arc_.words.set(letter, place[letter]);
     AxisWords center_at = position;
     center_at.set(in_plane[0], arc_.center[0]);
     center_at.set(in_plane[1], arc_.center[1]);

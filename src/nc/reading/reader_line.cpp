@@ -270,6 +270,8 @@ bool LineScanner::scan_comment(const char*& p, const char* end, ParsedLine& out)
     p = text + close + comments.close.size();
     return true;
   }
+  // Behind words it is an operator of a formula.
+  if (!c_.input.flow.formula.empty() && (out.word_count > 0 || !out.phrases.empty())) return false;
   for (const auto& mark : comments.also_read) {
     if (!starts_with(p, end, mark)) continue;
     out.comments.emplace_back(
