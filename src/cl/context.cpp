@@ -87,6 +87,12 @@ std::optional<double> Context::number(const Statement& statement, std::size_t in
       error(field.where, word + ": " + quoted + " is not a number");
       return std::nullopt;
   }
+  if (field.digits_far_apart) {
+    error(field.where, word + ": digits far apart, " + std::string(field.text.substr(0, 40)) +
+                           " if they are one number: are the last ones the number of the line? Take such "
+                           "numbers out");
+    return std::nullopt;
+  }
   if (field.blank_inside_number) {
     warning(field.where, word + ": blank inside a number, read as " + std::string(field.text));
   }

@@ -74,9 +74,10 @@ struct UnitSigns {
 
 /// What is known of the system that wrote the file, and of the machine that it is for.
 struct Origin {
-  bool mill = false;    // MODE/MILL, a tool axis, a milling cutter: this is no lathe's file
-  bool catia = false;   // its comments say so
-  bool fusion = false;  // MODE/MILL: the ISO 4343 posts of Fusion and HSMWorks
+  bool points_in_part = false;  // TRNTYP/WORLD: whatever CSYS says
+  bool mill = false;            // MODE/MILL, a tool axis, a milling cutter: this is no lathe's file
+  bool catia = false;           // its comments say so
+  bool fusion = false;          // MODE/MILL: the ISO 4343 posts of Fusion and HSMWorks
 };
 
 /// The lines of a `$$*CATIA0` while they are read.

@@ -68,6 +68,12 @@ std::optional<Pose> csys_of(Context& context, const Statement& statement) {
 void read_csys(Context& context, const Statement& statement) {
   const auto pose = csys_of(context, statement);
   if (!pose) return;
+  if (!same_pose(*pose, Pose::identity()) && !context.modal.origin.points_in_part) {
+    context.warning_once(
+        "CSYS", statement.where,
+        "CSYS is not the identity: the points are taken as they stand, in the part's system, "
+        "as TRNTYP/WORLD says it (there is none)");
+  }
   const bool tilted = (pose->R.col(2) - Vec3::UnitZ()).norm() > kUnitLength;
   context.modal.tilted_csys_axis = tilted ? std::optional<Vec3>(pose->R.col(2)) : std::nullopt;
   context.emit(statement.where, Frame{"CSYS", std::make_shared<const Pose>(*pose), false});
@@ -105,7 +111,8 @@ void read_trntyp(Context& context, const Statement& statement) {
     if (!offset) return;
     world = world && *offset == 0.0;
   }
-  if (!world) context.error(statement.where, "TRNTYP: only TRNTYP/WORLD,0,0,0 is understood");
+  if (!world) return context.error(statement.where, "TRNTYP: only TRNTYP/WORLD,0,0,0 is understood");
+  context.modal.origin.points_in_part = true;
 }
 
 std::string unquoted(std::string_view text) {

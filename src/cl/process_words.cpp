@@ -129,8 +129,18 @@ void read_fedrat(Context& context, const Statement& statement) {
   const auto value = context.positive(statement, *value_at);
   if (!value) return;
   if (!unit) {
-    unit = feed_unit_factor("PERMIN", context.modal.mm_per_unit);
-    context.take_feed_unit("PERMIN", statement.where);
+    // The kind of feed stays (NCCS PostWorks, fedrat.f): in which unit it counts UNITS says.
+    const FeedMode mode = context.modal.feed.value > 0.0 ? context.modal.feed.mode : FeedMode::per_minute;
+    const std::string_view word = mode == FeedMode::per_revolution ? "PERREV"
+                                  : mode == FeedMode::inverse      ? "INVERS"
+                                                                   : "PERMIN";
+    unit = feed_unit_factor(word, context.modal.mm_per_unit);
+    context.take_feed_unit(word, statement.where);
+    if (mode != FeedMode::per_minute) {
+      context.warning_once("FEDRAT " + std::string(word), statement.where,
+                           "FEDRAT without a unit: taken as the feed before it, " +
+                               std::string(mode == FeedMode::inverse ? "inverse time" : "per revolution"));
+    }
   }
   const Feed feed{unit->first, *value * unit->second};
   if (feed.mode != FeedMode::inverse && feed.value > kFastest_mm_s) {
@@ -411,11 +421,17 @@ void read_cutcom(Context& context, const Statement& statement) {
                        "CUTCOM is left out: the points are those of the tool's center");
 }
 
-// SET/OFSETL,n: the register of the fixture's offset, as Creo writes it; SET/ADJUST,n is the same. Other
-// words behind SET set nothing here.
+// SET/OFSETL,n: the register of the fixture's offset, as Creo writes it. Of SET/ADJUST,n nobody could show
+// whether it is that or the register of a length. Other words behind SET set nothing here.
 void read_set(Context& context, const Statement& statement) {
   const std::string_view what = statement.has_fields() ? statement.fields[0].text : std::string_view();
-  if (what != "OFSETL" && what != "ADJUST") {
+  if (what == "ADJUST") {
+    return context.error(
+        statement.where,
+        "SET/ADJUST: a work offset, or the register of the tool's length? SET/OFSETL,n is the "
+        "work offset, LOADTL/n,ADJUST,m the register");
+  }
+  if (what != "OFSETL") {
     return context.warning_once("SET", statement.where,
                                 "SET/" + std::string(what.substr(0, 40)) + " is not acted on");
   }

@@ -269,6 +269,10 @@ void Scanner::append_field(std::size_t begin, std::size_t end, Statement& statem
     if (compacted_.after_blank[i] != 0 && number_character(compacted_.text[i]) &&
         number_character(compacted_.text[i - 1])) {
       field.blank_inside_number = true;
+      constexpr std::uint32_t kFar = 4;
+      const SourceRef &here = compacted_.places[i], &before = compacted_.places[i - 1];
+      field.digits_far_apart =
+          field.digits_far_apart || (here.line == before.line && here.column > before.column + kFar);
     }
   }
   statement.fields.push_back(field);

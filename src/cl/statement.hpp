@@ -12,6 +12,7 @@ namespace trunnion::cl {
 struct Field {
   std::string_view text;
   SourceRef where;
+  bool digits_far_apart = false;     // `5.        120`: the number of a card, or of a line
   bool blank_inside_number = false;  // `-1 15.0` was read as -115.0
 };
 

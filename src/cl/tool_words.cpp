@@ -30,9 +30,11 @@ void read_tool_number(Context& context, const Statement& statement, std::size_t 
   context.modal.said.tool = *number;
   context.tool_loaded();
   ToolChange change{*number, std::nullopt, std::nullopt};
-  if (statement.fields.size() == first + 4 && is_plain(statement, first + 1)) {
-    // LOADTL/tool,position,length,register (ISO 4343 as Fusion and HSMWorks write it). Their length is that
-    // of the tool out of its holder: no gauge length.
+  const std::size_t given = statement.fields.size() - first;
+  if ((given == 4 || given == 5) && is_plain(statement, first + 1)) {
+    // LOADTL/tool,position,length,register (ISO 4343 as Fusion and HSMWorks write it), with that of the
+    // diameter behind it in Autodesk's post of APT for MANUS. Their length is that of the tool out of its
+    // holder: no gauge length.
     change.length_register = context.whole(statement, first + 3);
     if (!change.length_register) return;
     context.warning_once("LOADTL length", statement.fields[first + 2].where,
@@ -50,7 +52,14 @@ void read_tool_number(Context& context, const Statement& statement, std::size_t 
     } else if (is_register_word(statement.fields[i].text)) {
       change.length_register = context.whole(statement, ++i);
       if (!change.length_register) return;
-    } else if (const std::string_view text = statement.fields[i].text; !text.empty() && !parse_number(text)) {
+    } else if (const std::string_view text = statement.fields[i].text; parse_number(text)) {
+      const bool is_behind_word = i > first + 1 && !parse_number(statement.fields[i - 1].text);
+      if (is_behind_word) continue;
+      context.warning_once("LOADTL bare", statement.fields[i].where,
+                           std::string(statement.word) + ": " + std::string(text.substr(0, 40)) +
+                               " stands there without a word that says what it is, and is not read: a length "
+                               "is LENGTH,l, its register ADJUST,n");
+    } else if (!text.empty()) {
       context.warning_once("LOADTL/" + std::string(text), statement.fields[i].where,
                            std::string(statement.word) + ": " + std::string(text.substr(0, 40)) +
                                " is not known and was skipped, with what stands behind it");
@@ -134,10 +143,17 @@ void read_tldata(Context& context, const Statement& statement) {
   }
 }
 
-// TOOLNO/n,TURN: CATIA's tool change of a lathe.
+// TOOLNO/n,TURN: CATIA's tool change of a lathe. What it says of a mill's tool is that of LOADTL.
 void read_toolno(Context& context, const Statement& statement) {
-  for (const Field& field : statement.fields) {
-    if (field.text == "TURN") return refuse_lathe(context, statement.where, "TOOLNO/TURN");
+  for (std::size_t i = 0; i < statement.fields.size(); ++i) {
+    const std::string_view text = statement.fields[i].text;
+    if (text == "TURN") return refuse_lathe(context, statement.where, "TOOLNO/TURN");
+    if (!is_register_word(text) && text != "LENGTH") continue;
+    const std::string value =
+        i + 1 < statement.fields.size() ? "," + std::string(statement.fields[i + 1].text.substr(0, 40)) : "";
+    context.warning_once("TOOLNO/" + std::string(text), statement.fields[i].where,
+                         "TOOLNO: " + std::string(text) + value +
+                             " is not read: the length of a tool and its register are those of LOADTL");
   }
 }
 

@@ -72,7 +72,8 @@ std::string_view behind_block_number(std::string_view word) {
 /// Three or six numbers and nothing else: a point, or a point and a tool axis.
 bool looks_like_a_point(const Statement& statement) {
   const std::size_t count = statement.fields.size();
-  return (count == 3 || count == 6) &&
+  // Three, six: a point; nine, twelve: a frame.
+  return (count == 3 || count == 6 || count == 9 || count == 12) &&
          std::all_of(statement.fields.begin(), statement.fields.end(),
                      [](const Field& field) { return static_cast<bool>(parse_number(field.text)); });
 }
@@ -117,8 +118,9 @@ void judge_unknown(Context& context, const Statement& statement) {
     context.error(statement.where, word + ": no motion word of this name" + meant);
   } else if (looks_like_a_point(statement)) {
     context.error(statement.where, word + " is not known, and its " +
-                                       std::to_string(statement.fields.size()) + " numbers may be a point" +
-                                       meant + " (if it means nothing: SYN/'" + word + "','$$')");
+                                       std::to_string(statement.fields.size()) + " numbers may be " +
+                                       (statement.fields.size() > 6 ? "a frame" : "a point") + meant +
+                                       " (if it means nothing: SYN/'" + word + "','$$')");
   } else if (near && near->moves && word.size() >= kShortestForError) {
     context.error(statement.where,
                   word + " is not known" + meant + " (if it means nothing: SYN/'" + word + "','$$')");

@@ -46,6 +46,20 @@ TEST(Cycle, TheFirstHoleBehindAToolChangeIsApproachedOverItself) {
   EXPECT_EQ(steps(same, 1), (std::vector<Step>{{2, true}, {-5, false}, {2, true}}));
 }
 
+// One of two that contradict each other would be believed without a word.
+TEST(Cycle, ValuesThatContradictEachOtherAreRefused) {
+  const auto says = [](const std::string& cycle) {
+    return joined(
+        read("FEDRAT/MMPM,500\nGOTO/0,0,50,0,0,1\n" + cycle + "\nGOTO/0,0,0\nCYCLE/OFF\n").findings);
+  };
+  const std::string begin = "CYCLE/DRILL,FEDTO,10,MMPM,200,CLEAR,3";
+  EXPECT_NE(says(begin + ",RTRCTO,45,RETURN,15").find("two ways to return"), std::string::npos);
+  EXPECT_NE(says(begin + ",RETURN,15,RTRCTO,AUTO").find("two ways to return"), std::string::npos);
+  EXPECT_NE(says(begin + ",DEPTH,-20").find("two depths"), std::string::npos);
+  EXPECT_NE(says(begin + ",IPM,3").find("a second feed"), std::string::npos);
+  EXPECT_EQ(says(begin + ",RTRCTO,15,RETURN,15,DEPTH,-10"), "");
+}
+
 TEST(Cycle, ARapidUnderACycleIsToldOf) {
   const std::string holes =
       "LOADTL/4\nRAPID\nGOTO/0,0,40,0,0,1\nCYCLE/DRILL,DEPTH,5,MMPM,100,CLEAR,2\nGOTO/60,0,0\n";

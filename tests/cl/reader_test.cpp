@@ -259,6 +259,44 @@ TEST(Reader, AProgramIsInItsFirstMsys) {
             "2:1: error: MSYS after the first motion: in which frame were the points before it?\n");
 }
 
+// The number of a card, or of the line, is no digit of the last value.
+TEST(Reader, DigitsFarApartAreNoNumber) {
+  const auto reading = read("GOTO/10.,20.,5." + std::string(50, ' ') + "120\n");
+  EXPECT_NE(joined(reading.findings).find("error: GOTO: digits far apart, 5.120 if they are one number"),
+            std::string::npos)
+      << joined(reading.findings);
+}
+
+// What stands in LOADTL without a word, in TOOLNO, or as a frame of an unknown name does not vanish.
+TEST(Reader, NumbersOfToolsAndFramesDoNotVanish) {
+  const auto says = [](const std::string& line) { return joined(read(line + "\nGOTO/1,2,3\n").findings); };
+  EXPECT_NE(says("LOADTL/3,120").find("120 stands there without a word"), std::string::npos);
+  EXPECT_EQ(says("LOADTL/3,ADJUST,7,LENGTH,120"), "");
+  EXPECT_NE(says("TOOLNO/3,MILL,OSETNO,5").find("OSETNO,5 is not read"), std::string::npos);
+  EXPECT_NE(says("WORKPLANE/1,0,0,0,1,0,0,0,1,5,6,7").find("12 numbers may be a frame"), std::string::npos);
+  EXPECT_NE(says("CSYS/1,0,0,5,0,1,0,0,0,0,1,0").find("CSYS is not the identity"), std::string::npos);
+  const auto five = read("LOADTL/3, 0, 40., 7, 8\nGOTO/1,2,3\n");
+  for (const Record& record : five.records) {
+    if (const auto* tool = std::get_if<ToolChange>(&record.data)) {
+      EXPECT_EQ(tool->length_register, 7U);
+    }
+  }
+}
+
+// The kind of feed is modal (NCCS PostWorks, fedrat.f).
+TEST(Reader, AFeedWithoutAUnitIsOfTheKindBefore) {
+  for (const auto& [line, mode] : {std::pair{"FEDRAT/0.2,MMPR", FeedMode::per_revolution},
+                                   std::pair{"FEDRAT/30,INVERS", FeedMode::inverse},
+                                   std::pair{"FEDRAT/30,MMPM", FeedMode::per_minute}}) {
+    const auto reading = read(std::string(line) + "\nGOTO/0,0,0\nFEDRAT/0.3\nGOTO/1,2,3\n");
+    const auto* motion = std::get_if<Motion>(&reading.records.back().data);
+    ASSERT_NE(motion, nullptr) << line;
+    EXPECT_EQ(motion->feed.mode, mode) << line;
+    EXPECT_EQ(joined(reading.findings).find("taken as the feed before it") != std::string::npos,
+              mode != FeedMode::per_minute);
+  }
+}
+
 TEST(Reader, ATiltedCsysNeedsTheAxisInEachPoint) {
   const std::string csys =
       "TRNTYP/WORLD,0,0,0\nCSYS/0,-0.984808,-0.173648,0,1.,0,0,0,0,-0.173648,.984808,0\n";

@@ -144,8 +144,11 @@ class CycleReading {
     const SourceRef where = field().where;
     ++at_;
     if (word == "DEPTH" || word == "FEDTO") {
+      const std::optional<double> before_mm = cycle.has_depth ? std::optional(cycle.depth_mm) : std::nullopt;
       length(cycle.depth_mm);
       cycle.has_depth = true;
+      if (before_mm && std::abs(*before_mm) != std::abs(cycle.depth_mm))
+        fail(where, "two depths, " + word + " is the second");
     } else if (word == "CLEAR" || word == "RAPTO") {
       if (positional_clear_) return fail(where, word + " behind a clearance without a word");
       double clear_mm = 0.0;
@@ -154,12 +157,18 @@ class CycleReading {
       cycle.has_rapto = cycle.has_rapto || word == "RAPTO";
       cycle.has_clear = true;
     } else if (word == "RETURN" || word == "RTRCTO") {
+      const std::optional<double> before_mm = std::exchange(has_return_, true) && !cycle.return_as_came
+                                                  ? std::optional(cycle.return_mm)
+                                                  : std::nullopt;
       cycle.return_as_came = at_ < statement_.fields.size() && field().text == "AUTO";
       if (cycle.return_as_came) {
         ++at_;
       } else {
         length(cycle.return_mm);
       }
+      // One of them may be a height in the part, as in Autodesk's post of APT for MANUS.
+      if (before_mm && (cycle.return_as_came || *before_mm != cycle.return_mm))
+        fail(where, "two ways to return, " + word + " is the second: which of them counts?");
     } else if (word == "STEP" || word == "SUBPECK" || word == "INCR") {
       length(cycle.step_mm);
     } else if (word == "1STPECK") {
@@ -168,6 +177,7 @@ class CycleReading {
       const auto number = value();
       if (number) cycle.dwell_s = *number;
     } else if (feed_unit_factor(word, context_.modal.mm_per_unit)) {
+      if (cycle.own_feed) return fail(where, "a second feed, " + word);
       read_feed(cycle, at_, at_ - 1);
     } else if (!word.empty()) {
       fail(where, "'" + word.substr(0, 40) + "' is not understood");
@@ -233,6 +243,7 @@ class CycleReading {
   std::size_t at_ = 0;
   bool good_ = true;
   bool positional_clear_ = false;
+  bool has_return_ = false;
 };
 
 void read_cycle(Context& context, const Statement& statement) {
