@@ -38,7 +38,7 @@ struct ThermalService::Answer {
   bool clamped = false;
   bool slew_limited = false;
   std::size_t readings = 0;
-  std::vector<std::string> rejected;  // sensors whose value could not be true
+  std::vector<std::string> rejected;  // sensors and channels whose value could not be true
 };
 
 namespace {
@@ -273,7 +273,8 @@ void ThermalService::take_reading(const Message& message, Answer& answer) {
   heard_s_ = now_s_;
   for (std::size_t c = 0; c < model_.channels.size(); ++c) {
     const auto it = message.measured_um.find(model_.channels[c].channel);
-    if (it != message.measured_um.end()) predictor_.measure(c, it->second * kMmPerUm);
+    if (it == message.measured_um.end()) continue;
+    if (!predictor_.measure(c, it->second * kMmPerUm)) answer.rejected.push_back(it->first);
   }
   ++readings_;
   changed_ = true;

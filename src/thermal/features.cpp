@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "trunnion/base/contract.hpp"
 #include "trunnion/base/number_text.hpp"
@@ -62,6 +63,29 @@ double FeatureState::filtered(std::size_t sensor, double time_s, double value) {
   return *middle;
 }
 
+std::optional<Eigen::VectorXd> FeatureState::changed_mark() {
+  if (!mark_ || !std::exchange(mark_->changed, false)) return std::nullopt;
+  return mark_->values;
+}
+
+// So far it was held at its last reading. What a lag gains by a signal that rises by s a second in place of
+// that: s (d - tau (1 - exp(-d / tau))) after d seconds.
+void FeatureState::go_evenly(std::size_t sensor, const TimedValue& to) {
+  const double from_s = read_at_s_[sensor];
+  if (!mark_ || !(mark_->time_s > from_s) || !(to.time_s > from_s)) return;
+  const double rate = (to.value - held_[sensor]) / (to.time_s - from_s);
+  const auto gained = [&](double tau, double d) {
+    return tau > 0.0 ? rate * (d + tau * std::expm1(-d / tau)) : rate * d;
+  };
+  for (std::size_t t = 0; t < spec_.temperature_taus_s.size(); ++t) {
+    const auto k = static_cast<Eigen::Index>(t * spec_.sensors.size() + sensor);
+    const double tau = spec_.temperature_taus_s[t];
+    mark_->values[k] += gained(tau, mark_->time_s - from_s);
+    values_[k] += gained(tau, to.time_s - from_s);
+  }
+  mark_->changed = true;
+}
+
 void FeatureState::step(const Reading& reading) {
   TRUNNION_EXPECTS(!started_ || reading.time_s >= time_s_);
   TRUNNION_EXPECTS(reading.temperature_degC.size() == spec_.sensors.size());
@@ -102,6 +126,7 @@ void FeatureState::step(const Reading& reading) {
     if (std::isnan(reading.temperature_degC[i])) continue;
     const double value = filtered(i, reading.time_s, reading.temperature_degC[i]);
     const bool first = !std::isfinite(read_at_s_[i]);
+    if (!first) go_evenly(i, {reading.time_s, value});
     held_[i] = value;
     if (first) swing_[i].lag = value;
     read_at_s_[i] = reading.time_s;

@@ -27,6 +27,8 @@ class Follower {
 
   /// A measurement at features `x`. @param drifted  false for the one that is the zero itself
   void measure(const FeatureVector& x, double value_mm, bool drifted);
+  /// The last measurement once more, at these values: sensors that were silent then have been read since.
+  void measure_again(const Eigen::VectorXd& values);
   /// @param stale  a sensor was silent for long: the last measurement is held
   Said say(const FeatureVector& x, bool stale) const;
 
@@ -38,11 +40,18 @@ class Follower {
   double unknown_effect_mm(const FeatureVector& x) const;
   Candidate candidate_;
   Fitted fitted_;
-  FeatureVector anchor_;  // at the last measurement; empty: at the reference
-  double last_mm_ = 0.0;
-  double bias_mm_ = 0.0;
-  TrackRecord record_;
-  int measurements_ = 0;  // after the reference
+  // What the measurements have left.
+  struct Memory {
+    FeatureVector anchor;    // at the last measurement; empty: at the reference
+    Eigen::VectorXd held;    // its values as they were known then
+    double silent_mm = 0.0;  // what sensors that were silent then may have done
+    double last_mm = 0.0;
+    bool drifted = false;  // it was not the zero itself
+    double bias_mm = 0.0;
+    TrackRecord record;
+    int measurements = 0;  // after the reference
+  };
+  Memory memory_, before_;  // before the last measurement
 };
 
 /// The bias after measurement number `count` (from 1) that differs from f by `difference_mm`.

@@ -27,7 +27,7 @@ struct Sources {
 
 // The name without its unit and without what our own format puts before and behind it.
 std::string bare_name(const std::string& name) {
-  for (const std::string_view suffix : {"_degC", "_C", "_um"}) {
+  for (const std::string_view suffix : {"_degC", "_C", "_um", "_mm"}) {
     if (!name.ends_with(suffix) || name.size() == suffix.size()) continue;
     const std::string out = name.substr(0, name.size() - suffix.size());
     return suffix == "_degC" && out.starts_with("T_") && out.size() > 2 ? out.substr(2) : out;
@@ -131,7 +131,9 @@ Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, 
     if (i == out.time || i == out.run || i == out.speed) continue;
     if (matches(options.channels, name)) {
       log.channels.push_back(bare_name(name));
-      out.channels.push_back({i, name.ends_with("_um") ? kMmPerUm : options.um_per_count * kMmPerUm});
+      out.channels.push_back({i, name.ends_with("_um")   ? kMmPerUm
+                                 : name.ends_with("_mm") ? 1.0
+                                                         : options.um_per_count * kMmPerUm});
     } else if (matches(options.sensors, name) || name.ends_with("_C") || name.ends_with("_degC")) {
       log.sensors.push_back(bare_name(name));
       out.sensors.push_back({i, 1.0});

@@ -47,6 +47,7 @@ struct Predictor::Channel {
     int off = 0;                  // in a row that did not
     bool contradicted = false;    // by two in a row
     double discrepancy_mm = 0.0;  // of the last one, once it is
+    bool beyond_reason = false;   // one was, and was told
   };
   std::vector<std::size_t> sensor;  // of its features, index in sensors_
   FeatureState state;
@@ -55,6 +56,7 @@ struct Predictor::Channel {
   double reference_mm = 0.0;
   double anchor_s = 0.0;
   bool measured = false;  // after the reference
+  bool has_zero = false;  // something was measured
   RunScale scale = {};
   Agreement agreement = {};
 };
@@ -129,7 +131,10 @@ void Predictor::take(double time_s, std::span<const double> temperature_degC, do
     for (const std::size_t s : channel.sensor) own.push_back(degC[s]);
     channel.state.step(
         {.time_s = time_s, .temperature_degC = own, .spindle_rpm = spindle_rpm, .feed_mm_s = feed_mm_s});
-    if (channel.reference) continue;
+    if (channel.reference) {
+      measure_again(channel);
+      continue;
+    }
     // The reference state is the first one that is known whole.
     bool whole = true;
     for (std::size_t s = 0; s < own.size(); ++s) whole = whole && std::isfinite(channel.state.age_s(s));
@@ -138,6 +143,17 @@ void Predictor::take(double time_s, std::span<const double> temperature_degC, do
     channel.anchor_s = time_s;
   }
   started_ = true;
+}
+
+// Measured while a sensor was silent: what it did until then is in the measurement, and not in what comes.
+void Predictor::measure_again(Channel& channel) {
+  const auto marked = channel.state.changed_mark();
+  if (!marked) return;
+  if (!channel.measured) {
+    channel.reference = *marked;  // it was the zero
+    return;
+  }
+  channel.follower.measure_again(*marked - *channel.reference);
 }
 
 // Once the start can be judged, the run is followed from its beginning without what was wrong there.
@@ -172,7 +188,7 @@ void Predictor::settle() {
   warnings_.clear();
   for (const Raw::Told& told : all) {
     take(told.time_s, told.temperature_degC, told.spindle_rpm, told.feed_mm_s);
-    for (const auto& [channel, value_mm] : told.measured_mm) measure(channel, value_mm);
+    for (const auto& [channel, value_mm] : told.measured_mm) static_cast<void>(measure(channel, value_mm));
   }
 }
 
@@ -183,7 +199,7 @@ FeatureVector Predictor::relative(const Channel& channel) const {
           channel.state.swing_K()};
 }
 
-void Predictor::measure(std::size_t index, double value_mm) {
+bool Predictor::measure(std::size_t index, double value_mm) {
   TRUNNION_EXPECTS(started_ && index < channels_.size());
   Channel& channel = channels_[index];
   if (raw_ && !raw_->settled) raw_->start.back().measured_mm.emplace_back(index, value_mm);
@@ -194,6 +210,7 @@ void Predictor::measure(std::size_t index, double value_mm) {
     if (channel.reference) channel.reference = channel.state.values();
   }
   const bool drifted = channel.measured || !early;  // else it is the zero
+  if (drifted && is_beyond_reason(index, value_mm)) return false;
   if (drifted) {
     const Said said = say(index);
     const double error_mm = value_mm - channel.reference_mm - said.value_mm;
@@ -203,8 +220,11 @@ void Predictor::measure(std::size_t index, double value_mm) {
     compare(index, value_mm, error_mm, promised_mm);
   }
   channel.follower.measure(relative(channel), value_mm - channel.reference_mm, drifted);
+  channel.state.mark();
   channel.anchor_s = time_s_;
   channel.measured = drifted;
+  channel.has_zero = true;
+  return true;
 }
 
 bool Predictor::stale(const Channel& channel) const {
@@ -226,6 +246,24 @@ void Predictor::tell_late_start(std::size_t index, double value_mm) {
   warnings_.push_back(
       model.channel + " begins at " + fixed_text(value_mm / kMmPerUm, 1) +
       " um: the offsets count from there, and what the machine drifted before is not in them");
+}
+
+// Of a run without a zero nobody knows where the first one counts from.
+bool Predictor::is_beyond_reason(std::size_t index, double value_mm) {
+  constexpr double kBeyond = 10.0;  // um for mm are 1000, mm for inches 25; a collision is 2 or 3
+  Channel& channel = channels_[index];
+  const double largest_mm = model_.channels[index].largest_mm;
+  if (!channel.has_zero || !(largest_mm > 0.0)) return false;
+  const double said_mm = say(index).value_mm + channel.reference_mm;
+  if (std::abs(value_mm - said_mm) <= kBeyond * largest_mm) return false;
+  if (!std::exchange(channel.agreement.beyond_reason, true)) {
+    const auto um = [](double mm) { return fixed_text(mm / kMmPerUm, 1); };
+    warnings_.push_back("at " + shortest_text(time_s_) + " s " + model_.channels[index].channel +
+                        " was measured as " + um(value_mm) + " um where " + um(said_mm) +
+                        " um was predicted and the training never went beyond " + um(largest_mm) +
+                        " um: such measurements are not followed. Is the unit right?");
+  }
+  return true;
 }
 
 // Sigma holds the measurement's own uncertainty: it was found by what measurements missed.

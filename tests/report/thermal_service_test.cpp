@@ -53,6 +53,20 @@ TEST(ThermalService, AnswersReadingsAndMeasurementsWithACorrection) {
   EXPECT_EQ(service.readings(), 4U);
 }
 
+// Millimetres for micrometres: the machine follows nothing of it, and the answer says so.
+TEST(ThermalService, RejectsAMeasurementBeyondAllReason) {
+  ThermalService service(model(), {});
+  service.handle(reading(0.0, 20.0));
+  service.handle(R"({"time_s": 1, "measured_um": {"dx": 0.0, "dy": 0.0}})");
+  service.handle(reading(1800.0, 20.0));
+  const auto wrong =
+      json::parse(service.handle(R"({"time_s": 1801, "measured_um": {"dx": -7000.0, "dy": 2.0}})"));
+  EXPECT_TRUE(wrong["ok"]);
+  EXPECT_NEAR(wrong["deviation_um"]["dx"], 0.0, 0.1);
+  EXPECT_NEAR(wrong["deviation_um"]["dy"], 2.0, 1e-9);
+  EXPECT_EQ(wrong["rejected"], json::array({"dx"}));
+}
+
 TEST(ThermalService, SpeaksXml) {
   ThermalService service(model(), {});
   EXPECT_EQ(service.handle("<reading time_s=\"0\" spindle_rpm=\"0\"><T name=\"head\">20</T></reading>")

@@ -195,6 +195,69 @@ void feed(Predictor& predictor, const Log& log, double until_s,
   }
 }
 
+// A measurement in a gap of the sensors holds what they did until then: it is not to be added once more when
+// they are back.
+TEST(ThermalPredictor, CountsOnceWhatSensorsDidInAGap) {
+  const SimulatedDays days = few_days();
+  const std::size_t channel = *days.log.channel("dy");
+  for (const Method method : {Method::ridge, Method::rises, Method::gp}) {
+    for (const Anchor anchor : {Anchor::bias, Anchor::filter, Anchor::update}) {
+      ThermalModel model = fitted(days.log, method, "dy");
+      model.channels[0].candidate.anchor = anchor;
+      Log gap = days.log;
+      LogRun& run = gap.runs[1];
+      std::size_t measured = 0;
+      while (measured < run.rows() &&
+             (run.time_s[measured] < 2500.0 || std::isnan(run.channel_mm[channel][measured])))
+        ++measured;
+      ASSERT_LT(measured, run.rows());
+      const double from_s = run.time_s[measured] - 1200.0, to_s = run.time_s[measured] + 600.0;
+      for (std::size_t row = 0; row < run.rows(); ++row) {
+        if (run.time_s[row] < from_s || run.time_s[row] > to_s) continue;
+        for (auto& column : run.temperature_degC) column[row] = kNotRead;
+      }
+      const auto with = predict(model, gap, 1, UseMeasurements::yes);
+      const auto without = predict(model, days.log, 1, UseMeasurements::yes);
+      ASSERT_TRUE(with && without);
+      for (std::size_t row = 0; row < run.rows() && run.time_s[row] < to_s + 600.0; ++row) {
+        const Estimate &a = with->channel[0][row], &b = without->channel[0][row];
+        if (run.time_s[row] <= to_s) continue;
+        ASSERT_LT(std::abs(a.value_mm - b.value_mm), 3.0 * a.sigma_mm)
+            << model.channels[0].candidate.name() << " " << run.time_s[row];
+      }
+    }
+  }
+}
+
+// A unit or a digit that is wrong: nothing is to follow it, and the next measurement counts again.
+TEST(ThermalPredictor, FollowsNoMeasurementBeyondAllReason) {
+  const SimulatedDays days = few_days();
+  ThermalModel model = fitted(days.log, Method::ridge, "dx");
+  model.channels[0].candidate.anchor = Anchor::update;
+  const double largest_mm = model.channels[0].largest_mm;
+  ASSERT_GT(largest_mm, 0.0);
+  Predictor predictor(model);
+  const std::vector<double> warm(predictor.sensors().size(), 25.0);
+  ASSERT_TRUE(predictor.read(0.0, warm, 0.0, 0.0));
+  EXPECT_TRUE(predictor.measure(0, 0.001));
+  ASSERT_TRUE(predictor.read(1800.0, warm, 0.0, 0.0));
+  EXPECT_TRUE(predictor.measure(0, 0.005));
+  const double before_mm = predictor.estimate(0).value_mm;
+  EXPECT_FALSE(predictor.measure(0, 11.0 * largest_mm + 0.005));
+  EXPECT_FALSE(predictor.measure(0, -7.0));
+  EXPECT_EQ(predictor.estimate(0).value_mm, before_mm);
+  ASSERT_EQ(predictor.warnings().size(), 1U);
+  EXPECT_NE(predictor.warnings()[0].find("such measurements are not followed"), std::string::npos);
+  ASSERT_TRUE(predictor.read(3600.0, warm, 0.0, 0.0));
+  EXPECT_TRUE(predictor.measure(0, 0.008));
+  EXPECT_NEAR(predictor.estimate(0).value_mm, 0.007, 1e-12);
+  // Where a run has no zero nobody knows what the first one counts from.
+  Predictor unzeroed(model);
+  ASSERT_TRUE(unzeroed.read(0.0, warm, 0.0, 0.0));
+  ASSERT_TRUE(unzeroed.read(1800.0, warm, 0.0, 0.0));
+  EXPECT_TRUE(unzeroed.measure(0, 20.0 * largest_mm));
+}
+
 // A live loop whose first reading is wrong says what it says without that reading, once it can tell; until
 // then it does nothing, and its sigma says so.
 TEST(ThermalPredictor, JudgesTheStartOfRawReadings) {

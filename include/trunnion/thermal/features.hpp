@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -72,6 +73,11 @@ class FeatureState {
   double swing_K() const;
   /// Seconds since each sensor was read last; infinite before the first reading.
   double age_s(std::size_t sensor) const;
+  /// Keeps the values of this moment. A sensor that is silent now is taken to have gone evenly from its last
+  /// reading to its next one, in them and in its lags: `changed_mark` gives the values as they then are, once
+  /// after each such reading.
+  void mark() { mark_ = Mark{time_s_, values_, false}; }
+  std::optional<Eigen::VectorXd> changed_mark();
 
  private:
   struct TimedValue {
@@ -81,7 +87,13 @@ class FeatureState {
     double lag = 0.0;
     double above_K2 = 0.0, below_K2 = 0.0;  // mean squares of late of what is above and below the lag
   };
+  struct Mark {
+    double time_s;
+    Eigen::VectorXd values;
+    bool changed;
+  };
   double filtered(std::size_t sensor, double time_s, double value);
+  void go_evenly(std::size_t sensor, const TimedValue& to);
   FeatureSpec spec_;
   std::vector<std::deque<TimedValue>> window_;  // readings of each sensor within median_s
   std::vector<Swing> swing_;                    // of the sensors
@@ -90,6 +102,7 @@ class FeatureState {
   Eigen::VectorXd values_, unknown_;
   double time_s_ = 0.0;
   bool started_ = false;
+  std::optional<Mark> mark_;
 };
 
 /// Features of all rows of a run (rows x features), and how much of each is unknown.

@@ -57,12 +57,13 @@ class Predictor {
   Result<void> read(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
                     double feed_mm_s);
   /// A measurement of a channel (index in model().channels), made at the state of the last reading. Requires
-  /// a reading.
-  void measure(std::size_t channel, double value_mm);
+  /// a reading. False: it is not followed, since it is ten times as far from what was said before it as the
+  /// machine ever went in the training (a wrong unit, a digit, a chip under the probe).
+  bool measure(std::size_t channel, double value_mm);
   Estimate estimate(std::size_t channel) const;
   /// A sentence for each channel of which two measurements in a row were beyond 4 sigma of what was said just
-  /// before them (from there on its sigma is at least the discrepancy of the last one; its value stays), and
-  /// for each whose first measurement, the zero, is far from zero.
+  /// before them (from there on its sigma is at least the discrepancy of the last one; its value stays), for
+  /// each of which one was not followed, and for each whose first measurement, the zero, is far from zero.
   const std::vector<std::string>& warnings() const { return warnings_; }
   bool started() const { return started_; }
   double time_s() const { return time_s_; }
@@ -73,12 +74,14 @@ class Predictor {
   void make_channels();
   void take(double time_s, std::span<const double> temperature_degC, double spindle_rpm, double feed_mm_s);
   void settle();
+  static void measure_again(Channel& channel);
   bool stale(const Channel& channel) const;
   FeatureVector relative(const Channel& channel) const;
   Said say(std::size_t channel) const;
   double sigma_mm(std::size_t channel, const Said& said, const RunScale& scale) const;
   void tell_late_start(std::size_t channel, double value_mm);
   void compare(std::size_t channel, double value_mm, double error_mm, double sigma_mm);
+  bool is_beyond_reason(std::size_t channel, double value_mm);
   ThermalModel model_;
   std::unique_ptr<Raw> raw_;  // null for judged readings
   std::vector<std::string> sensors_;
