@@ -82,6 +82,40 @@ Result<void> write_tables(const TableOptions& options, const std::vector<ErrorTa
   return {};
 }
 
+// A table of errors is one for both directions.
+void tell_directions(const CorrectionMap& map, const std::string& file, Diagnostics& diagnostics) {
+  double most_mm = 0.0;
+  for (const CorrectionMap::Output& output : map.outputs) {
+    for (std::size_t i = 0; i < output.down.size(); ++i)
+      most_mm = std::max(most_mm, std::abs(output.up[i] - output.down[i]));
+  }
+  if (most_mm > 0.0)
+    diagnostics.warning(
+        file, {},
+        "its corrections differ by up to " + fixed_text(most_mm / kMmPerUm, 2) +
+            " um by the direction of the motion: the mean of both is taken, and what is between "
+            "them is lost (lost motion is an effect of its own: backlash:X)");
+}
+
+// Where the axis turns on from there the control holds the last value.
+void tell_open_turns(const std::vector<CorrectionMap>& maps, const Machine& machine,
+                     Diagnostics& diagnostics) {
+  constexpr double kWhole = 1e-6;  // rad
+  for (const CorrectionMap& map : maps) {
+    for (std::size_t k = 0; k < map.inputs.size(); ++k) {
+      const std::vector<double>& nodes = map.nodes[k];
+      if (!machine.axes[*machine.axis(map.inputs[k])].cyclic ||
+          nodes.back() - nodes.front() > kTwoPi - kWhole)
+        continue;
+      diagnostics.warning_once(
+          map.inputs[k], "", {},
+          "the table over " + map.inputs[k] + " goes from " + fixed_text(nodes.front() * kDegreePerRad, 3) +
+              " to " + fixed_text(nodes.back() * kDegreePerRad, 3) +
+              " deg, and the axis turns on: the control holds the value of the end there");
+    }
+  }
+}
+
 Result<Said> import(const TableOptions& options, Diagnostics& diagnostics) {
   const auto machine = table_machine(options, diagnostics);
   if (!machine) return tl::unexpected(machine.error());
@@ -102,6 +136,7 @@ Result<Said> import(const TableOptions& options, Diagnostics& diagnostics) {
     for (const CorrectionMap& map : read->corrections) {
       auto errors = errors_of(*machine, map);
       if (!errors) return tl::unexpected(errors.error());
+      tell_directions(map, file, diagnostics);
       for (ErrorTable& table : *errors) tables.push_back(std::move(table));
     }
     for (const auto& [name, value] : read->location) {
@@ -236,7 +271,9 @@ Result<std::vector<CorrectionMap>> corrections(const TableOptions& options, cons
     std::erase_if(map->outputs, [](const CorrectionMap::Output& o) {
       return std::all_of(o.up.begin(), o.up.end(), [](double v) { return std::abs(v) < 1e-9; });
     });
-    if (!map->outputs.empty()) out.push_back(std::move(*map));
+    if (map->outputs.empty()) continue;
+    close_turns(machine, *map);
+    out.push_back(std::move(*map));
   }
   return out;
 }
@@ -341,8 +378,10 @@ Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics
     warn_of_other_poses(options, *machine, {tables.errors, *maps, *rest}, diagnostics);
     if (const auto sized = check_size(*maps, *machine); !sized && !options.force)
       return tl::unexpected(sized.error());
+    tell_open_turns(*maps, *machine, diagnostics);
     tables.corrections = std::move(*maps);
   }
+  if (!format->beside.empty()) diagnostics.warning(options.output, {}, std::string(format->beside));
   const auto text = format->write(tables, *machine, options.of_format);
   if (!text) return tl::unexpected(text.error());
   if (const auto written = write_file(options.output, *text); !written)

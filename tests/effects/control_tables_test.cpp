@@ -527,6 +527,61 @@ TEST(ControlTables, RefusesTablesThatAreCutOff) {
 }
 
 // Units of the axis itself, no offsets, comments behind ', a third output: as public files have them.
+// A punch-out of a control holds the points of all its axes in one row.
+TEST(ControlTables, PointsOfAnotherFanucAxisAreNoneOfThisOne) {
+  const Machine machine = machine_of(false);
+  const std::string points = "N10100P-3\nN10101P-5\nN10102P-7\nN10103P20\nN10104P20\nN10105P20\n%\n";
+  const std::string all = "%\nN03620A1P100A2P104\nN03621A1P100A2P103\nN03622A1P102A2P105\n" + points;
+  const auto values = [&](const std::string& axis, const std::string& text) {
+    Diagnostics diagnostics;
+    FormatOptions options;
+    options.input_axis = axis;
+    options.interval_mm = 100.0;
+    const auto r = table_format("fanuc")->read(text, "f", machine, options, diagnostics);
+    std::vector<double> out;
+    if (r)
+      for (const double v : r->corrections[0].outputs[0].up) out.push_back(std::round(v / kMmPerUm));
+    return out;
+  };
+  EXPECT_EQ(values("X", all), (std::vector<double>{3, 0, -5, -12}));
+  EXPECT_EQ(values("Y", all), (std::vector<double>{-40, -20, 0, 20}));
+  EXPECT_EQ(values("X", "%\nN3620 P100\nN3621 P100\nN3622 P102\n" + points),
+            (std::vector<double>{3, 0, -5, -12}));
+  EXPECT_TRUE(values("Z", all).empty());  // no value of the third axis: whose points are they?
+}
+
+// Corrections of an axis that turns on close, and the control is told to go on from where they begin.
+TEST(ControlTables, CorrectionsAroundATurnClose) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  CorrectionMap map;
+  map.inputs = {"C"};
+  map.nodes = {{0.0, 0.5 * kPi, kPi, 1.5 * kPi}};
+  map.outputs = {{.axis = "X", .up = {0.001, 0.002, 0.003, 0.004}, .down = {}}};
+  CorrectionMap open = map;
+  open.nodes = {{0.0, 0.3, 0.6, 0.9}};
+  close_turns(machine, map);
+  close_turns(machine, open);
+  EXPECT_EQ(map.outputs[0].up, (std::vector<double>{0.001, 0.002, 0.003, 0.004, 0.001}));
+  EXPECT_NEAR(map.nodes[0].back(), kTwoPi, 1e-15);
+  EXPECT_EQ(open.nodes[0].size(), 4U);
+  const auto once = map;
+  close_turns(machine, map);
+  EXPECT_EQ(map.nodes, once.nodes);
+  const auto modulo = [&](const CorrectionMap& m) {
+    return written("siemens", {.errors = {}, .location = {}, .corrections = {m}}, machine)
+               .find("IS_MODULO[0]=1") != std::string::npos;
+  };
+  EXPECT_TRUE(modulo(map));
+  EXPECT_FALSE(modulo(open));
+  // Over two axes each row, or the whole first column, stands once more.
+  CorrectionMap two;
+  two.inputs = {"A", "C"};
+  two.nodes = {{0.0, 1.0}, {0.0, kPi}};
+  two.outputs = {{.axis = "X", .up = {1, 2, 3, 4}, .down = {}}};
+  close_turns(machine, two);
+  EXPECT_EQ(two.outputs[0].up, (std::vector<double>{1, 2, 1, 3, 4, 3}));
+}
+
 TEST(ControlTables, AerotechTablesInTheUnitsOfTheAxes) {
   const Machine machine = machine_of(false);
   const std::string head = "'  RowAxis ColumnAxis OutputAxis1 OutputAxis2 ...\n:START2D 2 1 1 2 10 5 2\n";

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "trunnion/base/contract.hpp"
+#include "trunnion/base/units.hpp"
 #include "trunnion/effects/control_tables.hpp"
 
 namespace trunnion {
@@ -23,7 +24,44 @@ double gain(const Axis& input, const Axis& output, Eigen::Index direction) {
   return side(input) * side(output) * output.direction[direction];
 }
 
+// The values of the first node along input `k` once more behind the last.
+void repeat_first(const CorrectionMap& map, std::size_t k, std::vector<double>& values) {
+  if (values.empty()) return;
+  const std::size_t columns = map.nodes.size() > 1 ? map.nodes[1].size() : 1;
+  if (k == 0) {
+    for (std::size_t j = 0; j < columns; ++j) values.push_back(values[j]);
+    return;
+  }
+  std::vector<double> out;
+  out.reserve(values.size() + map.nodes[0].size());
+  for (std::size_t i = 0; i < map.nodes[0].size(); ++i) {
+    const auto row = values.begin() + static_cast<std::ptrdiff_t>(i * columns);
+    out.insert(out.end(), row, row + static_cast<std::ptrdiff_t>(columns));
+    out.push_back(*row);
+  }
+  values = std::move(out);
+}
+
 }  // namespace
+
+void close_turns(const Machine& machine, CorrectionMap& corrections) {
+  for (std::size_t k = 0; k < corrections.inputs.size(); ++k) {
+    const Axis& axis = machine.axes[*machine.axis(corrections.inputs[k])];
+    std::vector<double>& nodes = corrections.nodes[k];
+    if (axis.kind != AxisKind::rotary || !axis.cyclic || nodes.size() < 2) continue;
+    double widest = 0.0;
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) widest = std::max(widest, nodes[i + 1] - nodes[i]);
+    // As in table_effect.cpp: a table from 0 to 360 deg is closed; a wider gap was not measured.
+    constexpr double kSlack = 1e-9, kSameStep = 1.001;
+    const double gap = nodes.front() + kTwoPi - nodes.back();
+    if (gap < kSlack || gap > kSameStep * widest) continue;
+    for (CorrectionMap::Output& output : corrections.outputs) {
+      repeat_first(corrections, k, output.up);
+      repeat_first(corrections, k, output.down);
+    }
+    nodes.push_back(nodes.front() + kTwoPi);
+  }
+}
 
 std::optional<ComponentPlace> place_of_component(const Machine& machine, std::string_view symbol) {
   if (symbol.size() != 3 || symbol[0] != 'E') return std::nullopt;

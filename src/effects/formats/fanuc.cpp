@@ -28,6 +28,17 @@ std::optional<long> word(std::string_view text, char letter) {
   return negative ? -static_cast<long>(*value) : static_cast<long>(*value);
 }
 
+// Of a parameter, the value of one axis: `N3620 P100`, or `N3620 A1 P100 A2 P104` with the control's axes by
+// their numbers; nothing where others alone have one.
+std::optional<long> of_axis(std::string_view text, std::optional<std::size_t> axis) {
+  if (text.find('A') == std::string_view::npos) return word(text, 'P');
+  for (auto at = text.find('A'); at != std::string_view::npos; at = text.find('A', at + 1)) {
+    const auto number = word(text.substr(at), 'A');
+    if (number && axis && static_cast<std::size_t>(*number) == *axis) return word(text.substr(at), 'P');
+  }
+  return std::nullopt;
+}
+
 Result<ControlTables> read_fanuc(std::string_view text, const std::string& file, const Machine& machine,
                                  const FormatOptions& options, Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.error_count();
@@ -38,19 +49,37 @@ Result<ControlTables> read_fanuc(std::string_view text, const std::string& file,
   std::map<long, long> increments;
   long reference = options.reference_number;
   std::optional<long> first, last;
+  const auto own_number = number_of_axis(machine, options, options.input_axis);
   for (const Line& line : lines_of(text)) {
     if (line.text.empty() || line.text.starts_with('%') || line.text.starts_with('(')) continue;
     const auto n = word(line.text, 'N'), p = word(line.text, 'P');
     if (!n || !p) {
       diagnostics.error(file, {line.number, 1}, "expected N<number> P<value> of at most six digits");
-    } else if (*n >= kFirstPoint) {
-      increments[*n - kFirstPoint] = *p;
-    } else if (*n == 3620) {
-      reference = *p;
-    } else if (*n == 3621 || *n == 3622) {
-      (*n == 3621 ? first : last) = *p;
+      continue;
     }
+    if (*n >= kFirstPoint) {
+      increments[*n - kFirstPoint] = *p;
+      continue;
+    }
+    if (*n < 3620 || *n > 3622) continue;
+    const auto value = of_axis(line.text, own_number);
+    if (!value)
+      diagnostics.error(
+          file, {line.number, 1},
+          "N" + std::to_string(*n) + " has no value for axis " + options.input_axis + ", " +
+              (own_number ? "number " + std::to_string(*own_number) : "whose number is not known") +
+              " of the control (--axes)");
+    else if (*n == 3620)
+      reference = *value;
+    else
+      (*n == 3621 ? first : last) = *value;
   }
+  // The points of all axes stand in one row.
+  const auto beyond = [&](const auto& point) {
+    return (first && point.first < *first) || (last && point.first > *last);
+  };
+  if (const auto others = std::erase_if(increments, beyond); others > 0)
+    diagnostics.note(file, {}, std::to_string(others) + " points beyond 3621 and 3622 are of other axes");
   if (increments.empty()) diagnostics.error(file, {}, "no points");
   // Between the two that the file itself names.
   for (long k = first.value_or(0); first && last && k <= *last; ++k) {

@@ -88,8 +88,14 @@ Result<std::string> write_linuxcnc(const ControlTables& tables, const Machine& m
 }  // namespace
 
 TableFormat linuxcnc_format() {
-  return {"linuxcnc", "LinuxCNC COMP_FILE: one axis' screw, type 0 (actual positions) or 1 (trims)", true,
-          read_linuxcnc, write_linuxcnc};
+  return {
+      "linuxcnc",
+      "LinuxCNC COMP_FILE: one axis' screw, type 0 (actual positions) or 1 (trims)",
+      true,
+      read_linuxcnc,
+      write_linuxcnc,
+      "LinuxCNC does not apply [JOINT_n] BACKLASH any more once a COMP_FILE is loaded, and this one is the "
+      "same in both directions: lost motion that was corrected so comes back"};
 }
 
 }  // namespace trunnion::formats

@@ -52,6 +52,8 @@ class Reader {
       return axis(line, value, what == "_INPUT_AXIS" ? table.input : table.output);
     const auto number = number_of(value, file_, line.number, diagnostics_);
     if (!number) return;
+    constexpr double kLargest = 1e12;  // mm or deg: far beyond any machine
+    if (std::abs(*number) > kLargest) return error(line, "a number beyond " + plain(kLargest));
     if (what.empty()) {
       const auto n = indices.size() > 1 ? parse_integer(indices[1]) : std::nullopt;
       if (!n) return error(line, "point number expected in brackets");
@@ -139,7 +141,8 @@ class Reader {
       return wrong("the table lacks its axes");
     if (table.values.size() < 2 || table.values.rbegin()->first + 1 != table.values.size())
       return wrong("points are missing");
-    if (table.step <= 0.0) return wrong("$AN_CEC_STEP must be above 0");
+    constexpr double kLeastStep = 1e-12;  // mm or deg: far below the resolution of any axis
+    if (!(table.step >= kLeastStep)) return wrong("$AN_CEC_STEP must be above " + shortest_text(kLeastStep));
     constexpr double kRounding = 1e-6;
     if (const auto given = static_cast<double>(table.values.size()); table.max) {
       const double points = std::floor((*table.max - table.min) / table.step + kRounding) + 1.0;
@@ -157,7 +160,10 @@ class Reader {
     CorrectionMap::Output output{.axis = table.output, .up = {}, .down = {}};
     std::vector<double> values;
     for (const auto& [n, value] : table.values) {
-      map.nodes[0].push_back((table.min + static_cast<double>(n) * table.step) * factor);
+      const double place = table.min + static_cast<double>(n) * table.step;
+      // What stands beyond it is not used: the control holds the value at the end.
+      if (table.max && n > 1 && place > *table.max + kRounding * table.step) break;
+      map.nodes[0].push_back(place * factor);
       values.push_back(value);
     }
     const std::vector<double> nothing(values.size(), 0.0);
@@ -219,7 +225,10 @@ class Writer {
     text_ += "$AN_CEC_MAX[" + t + "]=" + plain(nodes.back() / factor) + "\n";
     text_ += "$AN_CEC_DIRECTION[" + t + "]=" + std::to_string(direction) + "\n";
     text_ += "$AN_CEC_MULT_BY_TABLE[" + t + "]=" + std::to_string(times) + "\n";
-    text_ += "$AN_CEC_IS_MODULO[" + t + "]=0\n";
+    // Around a whole turn it goes on from where it began.
+    const bool is_turn =
+        machine_.axes[*machine_.axis(input)].cyclic && std::abs(nodes.back() - nodes.front() - kTwoPi) < 1e-9;
+    text_ += "$AN_CEC_IS_MODULO[" + t + "]=" + (is_turn ? "1" : "0") + "\n";
     return {};
   }
 
