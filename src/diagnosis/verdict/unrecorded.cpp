@@ -88,7 +88,7 @@ class Exchange {
   Exchange(const Observations& whole, const Model& model, std::vector<bool> flags,
            const std::vector<ModelEffect>& named)
       : o_(whole), model_(model), flags_(std::move(flags)) {
-    for (const auto& make : {drifts, growth_by_run, reversals, displaced_tools})
+    for (const auto& make : {drifts, growth_by_run, reversals, displaced_tools, moved_in_run})
       for (UnrecordedCondition& one : make(whole)) conditions_.push_back(std::move(one));
     Model with_all = model_;
     with_all.effects.insert(with_all.effects.end(), named.begin(), named.end());

@@ -34,6 +34,8 @@ std::vector<UnrecordedCondition> growth_by_run(const Observations& observations)
 std::vector<UnrecordedCondition> reversals(const Observations& observations);
 /// The measured point of one tool or ball that is not where its columns say.
 std::vector<UnrecordedCondition> displaced_tools(const Observations& observations);
+/// The measured point, a rotary axis or a scale that is another one in a single run.
+std::vector<UnrecordedCondition> moved_in_run(const Observations& observations);
 
 /// The named effects that are not of motion: what may come of the order in which readings were taken.
 bool may_come_of_order(const ModelEffect& effect);
