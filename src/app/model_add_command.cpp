@@ -48,6 +48,19 @@ Result<std::shared_ptr<const Effect>> chosen(const ModelAddOptions& options, con
   return make_effect(machine, model.context, options.effect, keys);
 }
 
+// A second one would be told apart from the first by nothing, and the model could not be read again. A table
+// of the same component has no parameters, and may stand beside it.
+const ModelEffect* already_in(const Model& model, const Effect& effect) {
+  const EffectInfo& info = effect.info();
+  for (const ModelEffect& entry : model.effects) {
+    const EffectInfo& there = entry.effect->info();
+    if (there.id == info.id && there.variant == info.variant &&
+        there.parameters.size() == info.parameters.size())
+      return &entry;
+  }
+  return nullptr;
+}
+
 int run(const ModelAddOptions& options) {
   int exit = kDone;
   const auto keys = variant(options.with);
@@ -71,6 +84,11 @@ int run(const ModelAddOptions& options) {
   if (data) diagnosis = diagnosis::diagnose(*machine, *data, *model, {.plan = false}, *own);
   auto effect = chosen(options, *machine, *model, diagnosis ? &*diagnosis : nullptr, *keys, *own);
   if (!effect) return print_error(effect.error());
+  if (const ModelEffect* there = already_in(*model, **effect)) {
+    spdlog::error("error: '{}' is in {} already{}: `model fit` fits it", options.effect, options.files.model,
+                  there->where.line > 0 ? ", line " + std::to_string(there->where.line) : "");
+    return kWrongUse;
+  }
   Model added = *model;
   std::string json;
   std::string text;

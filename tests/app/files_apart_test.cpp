@@ -125,6 +125,17 @@ TEST_F(FilesApart, WrongUseIsAnErrorInEveryWording) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "-"));
 }
 
+// The model that has it twice could not be read again.
+TEST_F(FilesApart, AnEffectIsAddedOnce) {
+  write("known.toml", "[model]\nname = \"m\"\n[[effect]]\nid = \"worm:C\"\n");
+  const Outcome twice = run("model add worm:C --model known.toml -m mill.toml -o new.toml");
+  EXPECT_EQ(twice.code, 2) << twice.messages;
+  EXPECT_NE(twice.messages.find("'worm:C' is in known.toml already, line 4"), std::string::npos)
+      << twice.messages;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "new.toml"));
+  EXPECT_EQ(run("model add worm:A --model known.toml -m mill.toml -o new.toml").code, 0);
+}
+
 TEST_F(FilesApart, AFileOfTheWrongKindHasTwentyMessagesAndNoMore) {
   std::string rows = "run_id,time_s,X_mm\n";
   for (int i = 0; i < 1000; ++i) rows += "a;b\n";
