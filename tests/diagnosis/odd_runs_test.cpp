@@ -83,6 +83,21 @@ TEST(LongOneRun, AWrongScaleIsNoCrossTalk) {
     EXPECT_NE(kTruthOfOddRuns.find("\"" + effect.id() + "\""), std::string::npos) << effect.id();
 }
 
+// Two short waves of a worm, which no run but the fine one could show. Before: the fine one was blamed.
+TEST(LongOneRun, AFineRunIsNotBlamedForShortWaves) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const std::string plan =
+      test::plan_text({}) + test::sweep_run("fine_c", "C", 0, 180, 61, "[0, 0, 1]", "rotation", {});
+  const std::string truth =
+      "[model]\nname = \"m\"\n[[effect]]\nid = \"user:worm\"\njoint = \"C\"\ncomponent = \"ECC\"\n"
+      "expression = \"a * cos(72 * C) + b * sin(43 * C)\"\n[effect.parameters]\na_urad = 12\nb_urad = 9\n";
+  const Dataset data = test::measured(machine, plan, truth, 3);
+  const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, kNothingKnown));
+  const std::vector<std::string>& odd = d.rows.odd_runs;
+  EXPECT_EQ(std::find(odd.begin(), odd.end(), "fine_c"), odd.end()) << d.paragraph;
+  EXPECT_EQ(d.paragraph.find("do not go with the others"), std::string::npos) << d.paragraph;
+}
+
 TEST(LongOneRun, HonestRunsAreNotAccused) {
   for (int seed = 1; seed <= test::cases(2); ++seed) {
     const Diagnosis d = Shop(static_cast<std::uint64_t>(seed)).said(kNothingKnown);

@@ -17,6 +17,7 @@ constexpr double kMisfits = 1.25;       // chi-square per reading of a run that 
 constexpr double kOfOddRun = 0.9;       // confidence in what the others show
 constexpr double kStoodStill = 1e-6;    // mm, rad
 constexpr double kFasterThan = 1.5;     // quotient of speeds that are another one
+constexpr double kFinerThan = 4.0;      // quotient of steps between places
 constexpr double kFurther_K = 1.0;      // beyond the temperatures of the others, and as much as they span
 constexpr double kAskedFor = 1e-3;      // chance that noise alone gains so much
 constexpr double kBesideFormula = 1.1;  // chi-square per degree of freedom beside a formula
@@ -110,10 +111,22 @@ std::vector<ModelEffect> common(const std::vector<Shown>& all) {
 struct Doings {
   std::vector<bool> moves, turns_round;  // of each axis
   std::vector<double> speed;             // the highest, of each axis
+  std::vector<double> step;              // the smallest between places of each axis; infinite: it stands
   std::vector<std::vector<bool>> along;  // two linear axes at once
   std::vector<double> coldest, warmest;  // of each sensor
   double rpm = 0.0;
 };
+
+double smallest_step(const Observations& o, const std::vector<Eigen::Index>& rows, AxisId axis) {
+  std::vector<double> places;
+  places.reserve(rows.size());
+  for (const Eigen::Index i : rows) places.push_back(o.state(i).q[axis]);
+  std::sort(places.begin(), places.end());
+  double out = INFINITY;
+  for (std::size_t k = 1; k < places.size(); ++k)
+    if (const double step = places[k] - places[k - 1]; step > kStoodStill) out = std::min(out, step);
+  return out;
+}
 
 Doings doings(const Observations& o, std::size_t run) {
   const std::size_t axes = o.machine().axes.size();
@@ -121,6 +134,7 @@ Doings doings(const Observations& o, std::size_t run) {
   Doings out{std::vector<bool>(axes),
              std::vector<bool>(axes),
              std::vector<double>(axes),
+             std::vector<double>(axes, INFINITY),
              std::vector<std::vector<bool>>(axes, std::vector<bool>(axes)),
              std::vector<double>(sensors, INFINITY),
              std::vector<double>(sensors, -INFINITY)};
@@ -144,7 +158,10 @@ Doings doings(const Observations& o, std::size_t run) {
     }
     out.rpm = std::max(out.rpm, std::abs(s.spindle_rpm));
   }
-  for (std::size_t a = 0; a < axes; ++a) out.turns_round[a] = out.moves[a] && forth[a] && back[a];
+  for (std::size_t a = 0; a < axes; ++a) {
+    out.turns_round[a] = out.moves[a] && forth[a] && back[a];
+    if (out.moves[a]) out.step[a] = smallest_step(o, rows, a);
+  }
   return out;
 }
 
@@ -166,6 +183,10 @@ std::vector<std::string> only_in(const Observations& o, std::size_t run) {
     else if (own.speed[a] > 0.0 &&
              none([&](const Doings& d) { return d.speed[a] * kFasterThan > own.speed[a]; }))
       out.push_back("moves " + name + " as fast");
+    // Short waves are seen by nobody else.
+    else if (std::isfinite(own.step[a]) &&
+             none([&](const Doings& d) { return d.step[a] < kFinerThan * own.step[a]; }))
+      out.push_back("reads " + name + " in steps as fine");
     for (std::size_t b = 0; b < a; ++b)
       if (own.along[a][b] && none([&](const Doings& d) { return d.along[a][b]; }))
         out.push_back("moves " + o.machine().axes[b].name + " and " + name + " at once");
