@@ -136,6 +136,11 @@ void read_fedrat(Context& context, const Statement& statement) {
                                                                    : "PERMIN";
     unit = feed_unit_factor(word, context.modal.mm_per_unit);
     context.take_feed_unit(word, statement.where);
+    constexpr double kMostOfTurn_mm = 10.0;  // what a turn of a mill takes is below 5
+    if (mode == FeedMode::per_revolution && *value * unit->second > kMostOfTurn_mm)
+      return context.error(statement.fields[*value_at].where,
+                           "FEDRAT without a unit, and the feed before it was per revolution: " +
+                               short_text(*value) + " in a turn is no feed; say the unit");
     if (mode != FeedMode::per_minute) {
       context.warning_once("FEDRAT " + std::string(word), statement.where,
                            "FEDRAT without a unit: taken as the feed before it, " +

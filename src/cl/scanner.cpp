@@ -271,8 +271,9 @@ void Scanner::append_field(std::size_t begin, std::size_t end, Statement& statem
       field.blank_inside_number = true;
       constexpr std::uint32_t kFar = 4;
       const SourceRef &here = compacted_.places[i], &before = compacted_.places[i - 1];
-      field.digits_far_apart =
-          field.digits_far_apart || (here.line == before.line && here.column > before.column + kFar);
+      const bool behind_sign = compacted_.text[i - 1] == '-' || compacted_.text[i - 1] == '+';
+      field.digits_far_apart = field.digits_far_apart || (!behind_sign && here.line == before.line &&
+                                                          here.column > before.column + kFar);
     }
   }
   statement.fields.push_back(field);

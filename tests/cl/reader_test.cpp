@@ -297,6 +297,12 @@ TEST(Reader, AFeedWithoutAUnitIsOfTheKindBefore) {
   }
 }
 
+TEST(Reader, AFeedPerMinuteIsNoneOfATurn) {
+  EXPECT_NE(joined(read("FEDRAT/0.2,MMPR\nGOTO/0,0,0\nFEDRAT/800\nGOTO/1,2,3\n").findings)
+                .find("800 in a turn is no feed"),
+            std::string::npos);
+}
+
 TEST(Reader, ATiltedCsysNeedsTheAxisInEachPoint) {
   const std::string csys =
       "TRNTYP/WORLD,0,0,0\nCSYS/0,-0.984808,-0.173648,0,1.,0,0,0,0,-0.173648,.984808,0\n";
