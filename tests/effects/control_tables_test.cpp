@@ -547,6 +547,19 @@ TEST(ControlTables, PointsOfAnotherFanucAxisAreNoneOfThisOne) {
   EXPECT_EQ(values("Y", all), (std::vector<double>{-40, -20, 0, 20}));
   EXPECT_EQ(values("X", "%\nN3620 P100\nN3621 P100\nN3622 P102\n" + points),
             (std::vector<double>{3, 0, -5, -12}));
+  // Points have numbers from 0 on.
+  CorrectionMap map;
+  map.inputs = {"X"};
+  map.nodes = {{-200.0, -100.0, 0.0, 100.0}};
+  map.outputs = {{.axis = "X", .up = {0.003, 0.002, 0.0, 0.001}, .down = {}}};
+  for (const int number : {0, 1}) {
+    FormatOptions options;
+    options.input_axis = "X";
+    options.reference_number = number;
+    const auto text =
+        table_format("fanuc")->write({.errors = {}, .location = {}, .corrections = {map}}, machine, options);
+    EXPECT_EQ(text.has_value(), number == 1) << number;
+  }
   EXPECT_TRUE(values("Z", all).empty());  // no value of the third axis: whose points are they?
 }
 

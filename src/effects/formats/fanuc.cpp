@@ -145,6 +145,9 @@ Result<std::string> write_fanuc(const ControlTables& tables, const Machine& mach
         "the corrections of a turn must end as they begin: the sum of the increments would add up from turn "
         "to turn");
   const long first = options.reference_number - zero + 1;  // number of the interval after the first node
+  if (first < 0)
+    return refuse("the first point would have the number " + std::to_string(first) +
+                  ": give a larger number of the reference point (--reference-number)");
   const auto line = [](long n, long p) { return "N" + std::to_string(n) + " P" + std::to_string(p) + "\n"; };
   std::string out = "%\n";
   out += line(3620, options.reference_number);
