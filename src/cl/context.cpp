@@ -239,7 +239,9 @@ std::optional<ClearPlane> clear_plane_of(const PostWord& word) {
   }
   const Vec3 normal(value[0], value[1], value[2]);
   if (!(normal.norm() > 1e-6)) return std::nullopt;
-  return ClearPlane{normal.normalized(), value[3] / normal.norm()};
+  // a x + b y + c z = d, told from below: the same plane.
+  const double side = normal.z() < 0.0 && value[3] < 0.0 ? -1.0 : 1.0;
+  return ClearPlane{side * normal.normalized(), side * value[3] / normal.norm()};
 }
 
 }  // namespace

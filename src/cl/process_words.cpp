@@ -100,7 +100,7 @@ void read_retrct(Context& context, const Statement& statement) {
   context.retract(statement.where);
 }
 
-// FEDRAT/v  FEDRAT/v,unit  FEDRAT/unit,v. Without a unit: per minute, in the file's unit of length.
+// FEDRAT/v  FEDRAT/v,unit  FEDRAT/unit,v. Without a unit: of the kind before, in the file's unit of length.
 void read_fedrat(Context& context, const Statement& statement) {
   std::optional<std::size_t> value_at;
   std::optional<std::pair<FeedMode, double>> unit;

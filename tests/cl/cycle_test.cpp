@@ -55,6 +55,8 @@ TEST(Cycle, ValuesThatContradictEachOtherAreRefused) {
   const std::string begin = "CYCLE/DRILL,FEDTO,10,MMPM,200,CLEAR,3";
   EXPECT_NE(says(begin + ",RTRCTO,45,RETURN,15").find("two ways to return"), std::string::npos);
   EXPECT_NE(says(begin + ",RETURN,15,RTRCTO,AUTO").find("two ways to return"), std::string::npos);
+  EXPECT_NE(says(begin + ",RETURN,AUTO,RTRCTO,15").find("two ways to return"), std::string::npos);
+  EXPECT_NE(says(begin + ",CLEAR,9").find("CLEAR stands twice"), std::string::npos);
   EXPECT_NE(says(begin + ",DEPTH,-20").find("two depths"), std::string::npos);
   EXPECT_NE(says(begin + ",IPM,3").find("a second feed"), std::string::npos);
   EXPECT_EQ(says(begin + ",RTRCTO,15,RETURN,15,DEPTH,-10"), "");

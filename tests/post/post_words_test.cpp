@@ -234,6 +234,10 @@ TEST(PostWords, RetractGoesAlongTheToolAxisToThePlane) {
   EXPECT_TRUE(p.report->verification->passed());
   const auto& blocks = p.report->verification->blocks;
   EXPECT_LT((blocks[blocks.size() - 2].tip_P - Vec3(46, 0, 50)).norm(), 1e-3);
+  // The same plane, a x + b y + c z = d told from below.
+  const std::string up = "FEDRAT/MMPM,900\nRAPID\nGOTO/10,0,30\nGOTO/10,0,2\nRETRCT\nRAPID\nGOTO/90,0,50\n";
+  EXPECT_EQ(posted("CLEARP/0,0,-1,-50\n" + up, machine, options).nc,
+            posted("CLEARP/0,0,1,50\n" + up, machine, options).nc);
   EXPECT_EQ(posted("FEDRAT/9,MMPM\nGOTO/0,0,0\nRETRCT\n", machine).report.error().text(),
             "part.cls:3:1: error: RETRCT: there is no clearance plane (CLEARP) before it, in this frame");
 }

@@ -15,6 +15,7 @@
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
@@ -143,6 +144,9 @@ class CycleReading {
     const std::string word(field().text);
     const SourceRef where = field().where;
     ++at_;
+    if (std::find(couplets_.begin(), couplets_.end(), word) != couplets_.end())
+      return fail(where, word + " stands twice");
+    couplets_.push_back(word);
     if (word == "DEPTH" || word == "FEDTO") {
       const std::optional<double> before_mm = cycle.has_depth ? std::optional(cycle.depth_mm) : std::nullopt;
       length(cycle.depth_mm);
@@ -157,9 +161,8 @@ class CycleReading {
       cycle.has_rapto = cycle.has_rapto || word == "RAPTO";
       cycle.has_clear = true;
     } else if (word == "RETURN" || word == "RTRCTO") {
-      const std::optional<double> before_mm = std::exchange(has_return_, true) && !cycle.return_as_came
-                                                  ? std::optional(cycle.return_mm)
-                                                  : std::nullopt;
+      const bool as_came = cycle.return_as_came, is_second = std::exchange(has_return_, true);
+      const double before_mm = cycle.return_mm;
       cycle.return_as_came = at_ < statement_.fields.size() && field().text == "AUTO";
       if (cycle.return_as_came) {
         ++at_;
@@ -167,7 +170,7 @@ class CycleReading {
         length(cycle.return_mm);
       }
       // One of them may be a height in the part, as in Autodesk's post of APT for MANUS.
-      if (before_mm && (cycle.return_as_came || *before_mm != cycle.return_mm))
+      if (is_second && (as_came != cycle.return_as_came || before_mm != cycle.return_mm))
         fail(where, "two ways to return, " + word + " is the second: which of them counts?");
     } else if (word == "STEP" || word == "SUBPECK" || word == "INCR") {
       length(cycle.step_mm);
@@ -244,6 +247,7 @@ class CycleReading {
   bool good_ = true;
   bool positional_clear_ = false;
   bool has_return_ = false;
+  std::vector<std::string> couplets_;  // words so far
 };
 
 void read_cycle(Context& context, const Statement& statement) {

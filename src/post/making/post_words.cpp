@@ -92,8 +92,6 @@ std::optional<ClearPlane> clear_plane_of(const cl::PostWord& word) {
   if (f.size() != 4 || !a || !b || !c || !d) return std::nullopt;
   const Vec3 normal(*a, *b, *c);
   if (!(normal.norm() > 1e-6)) return std::nullopt;
-  // The same plane, told from above.
-  if (normal.z() < 0.0 && *d < 0.0) return ClearPlane{-normal.normalized(), -*d / normal.norm()};
   return ClearPlane{normal.normalized(), *d / normal.norm()};
 }
 
