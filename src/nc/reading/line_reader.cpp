@@ -277,9 +277,7 @@ void LineReader::run_motion(LineMotion& m) {
                                     ? "feed move without F, which inverse time needs in every block"
                                     : "feed move without feed");
     }
-    if (s_.language.others && s_.modal.spindle && s_.modal.spindle->turn != SpindleTurn::off &&
-        s_.modal.spindle->rpm <= 0)
-      return s_.error(m.column, "a cut, and the spindle was told to turn at a speed of 0");
+    if (s_.spindle_turns_at_nothing(m.column)) return;
     motion.feed_mode = s_.modal.feed_mode;
     motion.feed = s_.feed;
   } else {

@@ -141,6 +141,13 @@ void ReadState::change_speed(const Number& rpm) {
   emit(now);
 }
 
+bool ReadState::spindle_turns_at_nothing(std::uint32_t column) {
+  if (!language.others || !modal.spindle || modal.spindle->turn == SpindleTurn::off || modal.spindle->rpm > 0)
+    return false;
+  error(column, "a cut, and the spindle was told to turn at a speed of 0");
+  return true;
+}
+
 std::int64_t ReadState::unwrapped(AxisLetter letter, std::int64_t value) const {
   if (!c.rotary.is_modulo(letter) || !modal.position.has(letter)) return value;
   const std::int64_t from = modal.position[letter];

@@ -104,6 +104,8 @@ struct ReadState {
   void note_pattern(const FoundEvent& found);
   /// False, with a message, where something is missing for the line to move the machine as it says.
   bool may_move(std::uint32_t column);
+  /// A cut of a program of others, and S0 was the last word of the spindle that turns: told as an error.
+  bool spindle_turns_at_nothing(std::uint32_t column);
   /// With a message: a motion where the words of a tilted plane wait for the word that enters it.
   bool waits_for_plane();
   /// With a message, once: the program has not said which kinematics are active.

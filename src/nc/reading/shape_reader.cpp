@@ -26,6 +26,7 @@ AxisWords xyz_of(const AxisWords& position) {
 
 bool ShapeReader::shape_may_begin(const FoundEvent& found) {
   if (!s_.may_move(found.column) || (s_.language.others && s_.waits_for_plane())) return false;
+  if (found.event.kind != EventKind::probe && s_.spindle_turns_at_nothing(found.column)) return false;
   const char* what = found.event.kind == EventKind::arc     ? "an arc"
                      : found.event.kind == EventKind::probe ? "a touch"
                                                             : "a drilling cycle";
@@ -277,6 +278,7 @@ bool ShapeReader::take_modes_under_cycle(const LineMotion& m) {
 
 void ShapeReader::run_next_hole(const LineMotion& m) {
   const auto refuse = [&](const char* why) { s_.error(m.column, why); };
+  if (s_.spindle_turns_at_nothing(m.column)) return;
   // A shift, an offset or a length since: which of them its heights count from, controls differ in.
   if ((s_.modal.position.mask & kXyz) != kXyz)
     return refuse("a drilling cycle goes on in other coordinates than those in which it began: say it anew");
