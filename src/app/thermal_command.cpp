@@ -229,7 +229,7 @@ void add_import(CLI::App& command, int& exit) {
   sub->add_option("--channel", words->options.channels, "columns of displacements, as shell patterns")
       ->delimiter(',');
   sub->add_option("--um-per-count", words->options.um_per_count,
-                  "um per count of the --channel columns whose names do not end in _um")
+                  "um per count of the --channel columns whose names end in neither _um nor _mm")
       ->check(CLI::PositiveNumber);
   words->result.add_to(*sub);
   sub->callback([words, &exit] { exit = run_import(*words); });

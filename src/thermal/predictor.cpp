@@ -248,14 +248,17 @@ void Predictor::tell_late_start(std::size_t index, double value_mm) {
       " um: the offsets count from there, and what the machine drifted before is not in them");
 }
 
-// Of a run without a zero nobody knows where the first one counts from.
+// Of a run without a zero nobody knows where the first one counts from: it may be the wrong one, and what is
+// near the run's zero is followed whatever was said.
 bool Predictor::is_beyond_reason(std::size_t index, double value_mm) {
   constexpr double kBeyond = 10.0;  // um for mm are 1000, mm for inches 25; a collision is 2 or 3
   Channel& channel = channels_[index];
   const double largest_mm = model_.channels[index].largest_mm;
   if (!channel.has_zero || !(largest_mm > 0.0)) return false;
   const double said_mm = say(index).value_mm + channel.reference_mm;
-  if (std::abs(value_mm - said_mm) <= kBeyond * largest_mm) return false;
+  const double most_mm = kBeyond * largest_mm;
+  if (std::abs(value_mm - said_mm) <= most_mm || std::abs(value_mm - channel.reference_mm) <= most_mm)
+    return false;
   if (!std::exchange(channel.agreement.beyond_reason, true)) {
     const auto um = [](double mm) { return fixed_text(mm / kMmPerUm, 1); };
     warnings_.push_back("at " + shortest_text(time_s_) + " s " + model_.channels[index].channel +

@@ -183,6 +183,20 @@ TEST(ThermalImport, KnowsTheUnitOfTheTimeByItsNameOrSaysThatThereIsNone) {
   }
 }
 
+TEST(ThermalImport, KnowsTheUnitOfAChannelByItsName) {
+  ImportOptions options;
+  options.channels = {"Z*"};
+  for (const auto& [name, mm] : {std::pair{"Z_um", 0.003}, std::pair{"Z_mm", 3.0}, std::pair{"Z", 0.006}}) {
+    options.um_per_count = 2.0;
+    Diagnostics diagnostics;
+    const auto log =
+        import_log("time_s,a_C," + std::string(name) + "\n0,20,3\n", "l.csv", options, diagnostics);
+    ASSERT_TRUE(log) << log.error().text();
+    EXPECT_NEAR(log->runs[0].channel_mm[0][0], mm, 1e-12) << name;
+    EXPECT_EQ(log->channels, std::vector<std::string>{"Z"});
+  }
+}
+
 TEST(ThermalImport, DatesAreSecondsOfTheEpoch) {
   EXPECT_EQ(seconds_of_date("1970-01-01T00:00:00Z"), 0.0);
   EXPECT_EQ(seconds_of_date("2000-03-01 00:00"), 951868800.0);  // the day after a 29 February

@@ -256,6 +256,10 @@ TEST(ThermalPredictor, FollowsNoMeasurementBeyondAllReason) {
   ASSERT_TRUE(unzeroed.read(0.0, warm, 0.0, 0.0));
   ASSERT_TRUE(unzeroed.read(1800.0, warm, 0.0, 0.0));
   EXPECT_TRUE(unzeroed.measure(0, 20.0 * largest_mm));
+  // If that was the wrong one, the right ones are not shut out behind it.
+  ASSERT_TRUE(unzeroed.read(3600.0, warm, 0.0, 0.0));
+  EXPECT_TRUE(unzeroed.measure(0, 0.004));
+  EXPECT_NEAR(unzeroed.estimate(0).value_mm, 0.004, 1e-12);
 }
 
 // A live loop whose first reading is wrong says what it says without that reading, once it can tell; until

@@ -12,8 +12,7 @@ namespace trunnion::thermal {
 /// `_um`; anything else that is not named here is left out and told.
 struct ImportOptions {
   /// Empty: `time_s`, else the first of time, timestamp, datetime, date, zeit (any case, with a unit or
-  /// without). Dates and times of
-  /// the day (ISO 8601, 31.12.2024 07:30:00) are read as such.
+  /// without). Dates and times of the day (ISO 8601, 31.12.2024 07:30:00) are read as such.
   std::string time_column;
   /// 120 where the column counts samples of two minutes. Not given: the unit that its name has (`time_ms`,
   /// `Time [min]`), else seconds, with a warning.
@@ -24,7 +23,7 @@ struct ImportOptions {
   bool run_starts_with_spindle =
       false;  // a new run whenever the speed rises from zero; rows before the first start are left out
   std::vector<std::string> sensors;   // shell patterns (`PT*`) of columns in degrees Celsius
-  std::vector<std::string> channels;  // shell patterns of columns without unit in their name
+  std::vector<std::string> channels;  // shell patterns of columns in um, in mm where their name ends in `_mm`
   double um_per_count = 1.0;          // of those
   char delimiter = 0;                 // 0: what the header has
   std::size_t skip_lines = 0;         // before the header

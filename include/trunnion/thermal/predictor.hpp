@@ -57,8 +57,9 @@ class Predictor {
   Result<void> read(double time_s, std::span<const double> temperature_degC, double spindle_rpm,
                     double feed_mm_s);
   /// A measurement of a channel (index in model().channels), made at the state of the last reading. Requires
-  /// a reading. False: it is not followed, since it is ten times as far from what was said before it as the
-  /// machine ever went in the training (a wrong unit, a digit, a chip under the probe).
+  /// a reading. False: it is not followed, since it is more than ten times as far from what was said before
+  /// it, and from the run's zero, as the machine ever went in the training (a wrong unit, a digit, a chip
+  /// under the probe).
   bool measure(std::size_t channel, double value_mm);
   Estimate estimate(std::size_t channel) const;
   /// A sentence for each channel of which two measurements in a row were beyond 4 sigma of what was said just
