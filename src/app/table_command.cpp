@@ -381,11 +381,11 @@ Result<Said> export_tables(const TableOptions& options, Diagnostics& diagnostics
     tell_open_turns(*maps, *machine, diagnostics);
     tables.corrections = std::move(*maps);
   }
-  if (!format->beside.empty()) diagnostics.warning(options.output, {}, std::string(format->beside));
   const auto text = format->write(tables, *machine, options.of_format);
   if (!text) return tl::unexpected(text.error());
   if (const auto written = write_file(options.output, *text); !written)
     return tl::unexpected(written.error());
+  if (!format->beside.empty()) diagnostics.warning(options.output, {}, std::string(format->beside));
   return Said{options.output == "-" ? "" : said,
               report::tables_json(options.format, tables.errors),
               "Error tables for a control",

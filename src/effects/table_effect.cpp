@@ -8,6 +8,7 @@
 
 #include "trunnion/base/number_text.hpp"
 
+#include "effects/closed_turn.hpp"
 #include "effects/library_support.hpp"
 
 namespace trunnion::effects {
@@ -36,30 +37,12 @@ std::optional<double> slope_over(const ErrorTable& table, const Grid& grid, cons
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-// A table around a whole turn (0 to 330 deg every 30) closes: its first node stands again a turn on.
+// A table around a whole turn closes.
 void close_turns(const ErrorTable& table, const Machine& machine, Grid& grid) {
   for (std::size_t k = 0; k < table.arguments.size(); ++k) {
-    if (machine.axes[*machine.axis(table.arguments[k])].kind != AxisKind::rotary) continue;
-    std::vector<double>& nodes = k == 0 ? grid.u : grid.v;
-    double widest = 0.0;
-    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) widest = std::max(widest, nodes[i + 1] - nodes[i]);
-    const double gap = nodes.front() + kTwoPi - nodes.back();
-    constexpr double kSlack = 1e-9;      // rad: a table from 0 to 360 deg is closed already
-    constexpr double kSameStep = 1.001;  // a wider gap is a part of the turn that was not measured
-    if (gap < kSlack || gap > kSameStep * widest) continue;
-    const std::size_t columns = grid.columns();
-    nodes.push_back(nodes.front() + kTwoPi);
-    if (k == 0) {
-      const std::vector<double> first(grid.values.begin(),
-                                      grid.values.begin() + static_cast<std::ptrdiff_t>(columns));
-      grid.values.insert(grid.values.end(), first.begin(), first.end());
-      continue;
-    }
-    std::vector<double> wider;
-    for (std::size_t i = 0; i < grid.u.size(); ++i) {
-      for (std::size_t j = 0; j <= columns; ++j) wider.push_back(grid.values[i * columns + j % columns]);
-    }
-    grid.values = std::move(wider);
+    if (machine.axes[*machine.axis(table.arguments[k])].kind == AxisKind::rotary &&
+        lacks_end_of_turn(k == 0 ? grid.u : grid.v))
+      close_turn(grid, k);
   }
 }
 

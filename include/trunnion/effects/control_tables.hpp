@@ -91,12 +91,13 @@ struct CorrectionGrid {
 Result<CorrectionMap> corrections_of(const Machine& machine, const std::vector<ErrorTable>& errors,
                                      const CorrectionGrid& grid);
 
+/// Corrections around a whole turn of an axis that turns on (0 to 330 deg every 30) get their first node once
+/// more, a turn on, as an ErrorTable closes: the control holds the last one outside its table.
+void close_turns(const Machine& machine, CorrectionMap& corrections);
+
 /// The error tables whose corrections these are: each output becomes a translation component
 /// (E<direction><axis>) of the output axis itself when it is an input too, else of the first input axis.
 /// Corrections in `up` and `down` give the mean.
-/// Corrections around a whole turn of a rotary axis (0 to 330 deg every 30) get their first node once more, a
-/// turn on, as an ErrorTable closes: the control holds the last one outside its table.
-void close_turns(const Machine& machine, CorrectionMap& corrections);
 Result<std::vector<ErrorTable>> errors_of(const Machine& machine, const CorrectionMap& corrections);
 
 /// Errors of the chain from error tables (interpolated linearly or bilinearly, held outside).

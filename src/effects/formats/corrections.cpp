@@ -6,6 +6,8 @@
 #include "trunnion/base/units.hpp"
 #include "trunnion/effects/control_tables.hpp"
 
+#include "effects/closed_turn.hpp"
+
 namespace trunnion {
 namespace {
 
@@ -24,42 +26,28 @@ double gain(const Axis& input, const Axis& output, Eigen::Index direction) {
   return side(input) * side(output) * output.direction[direction];
 }
 
-// The values of the first node along input `k` once more behind the last.
-void repeat_first(const CorrectionMap& map, std::size_t k, std::vector<double>& values) {
-  if (values.empty()) return;
-  const std::size_t columns = map.nodes.size() > 1 ? map.nodes[1].size() : 1;
-  if (k == 0) {
-    for (std::size_t j = 0; j < columns; ++j) values.push_back(values[j]);
-    return;
-  }
-  std::vector<double> out;
-  out.reserve(values.size() + map.nodes[0].size());
-  for (std::size_t i = 0; i < map.nodes[0].size(); ++i) {
-    const auto row = values.begin() + static_cast<std::ptrdiff_t>(i * columns);
-    out.insert(out.end(), row, row + static_cast<std::ptrdiff_t>(columns));
-    out.push_back(*row);
-  }
-  values = std::move(out);
-}
-
 }  // namespace
 
 void close_turns(const Machine& machine, CorrectionMap& corrections) {
   for (std::size_t k = 0; k < corrections.inputs.size(); ++k) {
-    const Axis& axis = machine.axes[*machine.axis(corrections.inputs[k])];
-    std::vector<double>& nodes = corrections.nodes[k];
-    if (axis.kind != AxisKind::rotary || !axis.cyclic || nodes.size() < 2) continue;
-    double widest = 0.0;
-    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) widest = std::max(widest, nodes[i + 1] - nodes[i]);
-    // As in table_effect.cpp: a table from 0 to 360 deg is closed; a wider gap was not measured.
-    constexpr double kSlack = 1e-9, kSameStep = 1.001;
-    const double gap = nodes.front() + kTwoPi - nodes.back();
-    if (gap < kSlack || gap > kSameStep * widest) continue;
+    if (!machine.axes[*machine.axis(corrections.inputs[k])].cyclic ||
+        !lacks_end_of_turn(corrections.nodes[k]))
+      continue;
+    Grid nodes{corrections.nodes[0],
+               corrections.nodes.size() > 1 ? corrections.nodes[1] : std::vector<double>(),
+               {}};
+    const auto closed = [&](std::vector<double>& values) {
+      if (values.empty()) return;
+      Grid grid = nodes;
+      grid.values = std::move(values);
+      close_turn(grid, k);
+      values = std::move(grid.values);
+    };
     for (CorrectionMap::Output& output : corrections.outputs) {
-      repeat_first(corrections, k, output.up);
-      repeat_first(corrections, k, output.down);
+      closed(output.up);
+      closed(output.down);
     }
-    nodes.push_back(nodes.front() + kTwoPi);
+    corrections.nodes[k].push_back(corrections.nodes[k].front() + kTwoPi);
   }
 }
 

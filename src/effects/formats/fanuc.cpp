@@ -63,6 +63,11 @@ Result<ControlTables> read_fanuc(std::string_view text, const std::string& file,
     }
     if (*n < 3620 || *n > 3622) continue;
     const auto value = of_axis(line.text, own_number);
+    if (value && line.text.find('A') != std::string_view::npos)
+      diagnostics.warning_once("axis number", file, {line.number, 1},
+                               "axis " + options.input_axis + " is taken for number " +
+                                   std::to_string(*own_number) +
+                                   " of the control, as the machine file or --axes has it");
     if (!value)
       diagnostics.error(
           file, {line.number, 1},

@@ -225,7 +225,8 @@ class Writer {
     text_ += "$AN_CEC_MAX[" + t + "]=" + plain(nodes.back() / factor) + "\n";
     text_ += "$AN_CEC_DIRECTION[" + t + "]=" + std::to_string(direction) + "\n";
     text_ += "$AN_CEC_MULT_BY_TABLE[" + t + "]=" + std::to_string(times) + "\n";
-    // Around a whole turn it goes on from where it began.
+    // "The compensation table is repeated cyclically": the value at MAX is followed by that at MIN, and both
+    // should be the same (Function Manual Extended Functions 03/2013, K3, page 249).
     const bool is_turn =
         machine_.axes[*machine_.axis(input)].cyclic && std::abs(nodes.back() - nodes.front() - kTwoPi) < 1e-9;
     text_ += "$AN_CEC_IS_MODULO[" + t + "]=" + (is_turn ? "1" : "0") + "\n";
