@@ -60,6 +60,15 @@ void count(const Observations& o, SizedFit& out) {
 
 }  // namespace
 
+bool is_beyond_usual(const ModelEffect& effect, double times) {
+  const EffectInfo& info = effect.effect->info();
+  for (std::size_t k = 0; k < info.linear_count(); ++k) {
+    const double usual = info.parameters[k].usual;
+    if (usual > 0.0 && std::abs(effect.parameters[k].value) > times * usual) return true;
+  }
+  return false;
+}
+
 VectorXd usual_sizes(const FitCore& fit) {
   VectorXd out = VectorXd::Zero(static_cast<Eigen::Index>(fit.free.size()));
   for (std::size_t k = 0; k < fit.free.size(); ++k) {

@@ -25,6 +25,9 @@ SizedFit with_usual_sizes(const Observations& observations, const Model& start, 
 /// user) or the file says better (a prior).
 VectorXd usual_sizes(const FitCore& fit);
 
+/// A linear parameter is larger than so many times its usual size.
+bool is_beyond_usual(const ModelEffect& effect, double times);
+
 /// By which the uncertainties are larger than the stated ones of the readings make them: the root of
 /// chi-square per degree of freedom where that is sure to be too large, else 1.
 double sigma_factor(double chi2, double dof);

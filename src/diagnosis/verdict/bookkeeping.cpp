@@ -12,6 +12,7 @@
 
 #include "diagnosis/data/data_check.hpp"
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/fit/usual_size.hpp"
 #include "diagnosis/search/atoms.hpp"
 #include "diagnosis/verdict/ball_offsets.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
@@ -664,14 +665,8 @@ class Judge {
     return beyond(tool, kAbsurd) || beyond(machine, kAbsurdOfMachine);
   }
   static bool beyond(const std::vector<ModelEffect>& effects, double usual_sizes) {
-    return std::any_of(effects.begin(), effects.end(), [&](const ModelEffect& e) {
-      const auto& info = e.effect->info();
-      for (std::size_t k = 0; k < info.linear_count(); ++k)
-        if (info.parameters[k].usual > 0.0 &&
-            std::abs(e.parameters[k].value) > usual_sizes * info.parameters[k].usual)
-          return true;
-      return false;
-    });
+    return std::any_of(effects.begin(), effects.end(),
+                       [&](const ModelEffect& e) { return is_beyond_usual(e, usual_sizes); });
   }
   // How far from noise, whichever way.
   static double off_by(const Figures& f) {

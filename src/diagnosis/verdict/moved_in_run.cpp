@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/fit/usual_size.hpp"
 #include "diagnosis/verdict/unrecorded.hpp"
 
 // One run that was set up, homed or scaled otherwise than the others: a constant of that run, which a
@@ -16,13 +17,7 @@ constexpr double kUnusualSize = 3.0;        // times the usual size of an effect
 
 // A machine that is so much more sensitive to temperature than machines are.
 bool is_unusually_thermal(const ModelEffect& effect) {
-  if (!is_thermal(effect)) return false;
-  const EffectInfo& info = effect.effect->info();
-  for (std::size_t k = 0; k < info.linear_count(); ++k)
-    if (info.parameters[k].usual > 0.0 &&
-        std::abs(effect.parameters[k].value) > kUnusualSize * info.parameters[k].usual)
-      return true;
-  return false;
+  return is_thermal(effect) && is_beyond_usual(effect, kUnusualSize);
 }
 
 // Three translations of the link, in each of these runs by their own.
