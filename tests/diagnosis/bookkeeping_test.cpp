@@ -89,6 +89,37 @@ TEST(LongBookkeeping, TheSignOfARun) {
   EXPECT_EQ(d.bookkeeping.front().run, "ball_2") << told_by(d);
 }
 
+// Whoever measured one run took a direction, or the positions of an axis, the other way.
+TEST(LongBookkeeping, DirectionsAndPositionsOfOneRun) {
+  struct Mistake {
+    std::string run;
+    ConventionKind kind;
+    std::vector<AxisId> axes;
+    std::vector<int> components;
+  };
+  for (const Mistake& m : {Mistake{"ball_2", ConventionKind::component_sense, {}, {0}},
+                           Mistake{"ball_3", ConventionKind::component_sense, {}, {2}},
+                           Mistake{"ball_1", ConventionKind::swapped_columns, {}, {0, 1}},
+                           Mistake{"angle_X", ConventionKind::axis_sense, {0}, {}}}) {
+    Files files(31);
+    Convention c = of_kind(m.kind);
+    c.axes = m.axes;
+    c.in_file = !m.axes.empty();
+    c.components = m.components;
+    for (std::size_t run = 0; run < files.data.context.runs.size(); ++run)
+      if (files.data.context.runs[run].id == m.run) c.run = run;
+    files.spoil(c);
+    const Diagnosis d = files.said();
+    ASSERT_EQ(d.verdict, Verdict::bookkeeping) << m.run << " " << told_by(d);
+    const Bookkeeping& first = d.bookkeeping.front();
+    EXPECT_EQ(first.convention.kind, m.kind) << told_by(d);
+    EXPECT_EQ(first.run, m.run) << told_by(d);
+    EXPECT_EQ(first.convention.components, m.components) << told_by(d);
+    EXPECT_NE(first.words.find("of run '" + m.run + "'"), std::string::npos) << told_by(d);
+    EXPECT_TRUE(d.additions.empty()) << told_by(d);
+  }
+}
+
 // The campaign of sample 02: the model lacks two effects, and one run of few readings is wrong, too.
 struct Sample02 {
   Machine machine = test::shipped_machine("trunnion_offset");
@@ -129,7 +160,7 @@ TEST(LongBookkeeping, TheUnitOfOneRun) {
 }
 
 // Fitted parameters follow the sign of all readings; the model's own values do not.
-TEST(Bookkeeping, TheSignOfAllReadings) {
+TEST(LongBookkeeping, TheSignOfAllReadings) {
   Files files(4);
   files.known = kKnownTruth;
   EXPECT_EQ(files.said().verdict, Verdict::nothing_to_find);
@@ -197,7 +228,7 @@ TEST(LongBookkeeping, TheOrderOfTwoRotaryAxes) {
   }
 }
 
-TEST(Bookkeeping, AnotherUnit) {
+TEST(LongBookkeeping, AnotherUnit) {
   for (const double wrong : {1e3, 1e-3}) {
     Files files(7);
     Convention c = of_kind(ConventionKind::unit);
@@ -213,7 +244,7 @@ TEST(Bookkeeping, AnotherUnit) {
 
 // Displacements 1000 times too large fit as well as rotations 1000 times too small, with parameters of 1000
 // times their usual size: these were named.
-TEST(Bookkeeping, AnotherUnitOfReadingsAndUncertainties) {
+TEST(LongBookkeeping, AnotherUnitOfReadingsAndUncertainties) {
   for (const Quantity quantity : {Quantity::displacement, Quantity::rotation}) {
     Files files(7);
     Convention c = of_kind(ConventionKind::unit);
@@ -230,7 +261,7 @@ TEST(Bookkeeping, AnotherUnitOfReadingsAndUncertainties) {
 
 // u_random of one run in mm where the column is um: its readings are as large as those of the others, and who
 // divides them by a thousand spoils the right column.
-TEST(Bookkeeping, UncertaintiesOfOneRunInAnotherUnit) {
+TEST(LongBookkeeping, UncertaintiesOfOneRunInAnotherUnit) {
   Files files(7);
   Convention c = of_kind(ConventionKind::unit);
   c.quantity = Quantity::displacement;
@@ -246,7 +277,7 @@ TEST(Bookkeeping, UncertaintiesOfOneRunInAnotherUnit) {
   EXPECT_NE(d.bookkeeping.front().words.find("`u_random` and `u_common`"), std::string::npos) << told_by(d);
 }
 
-TEST(Bookkeeping, AnotherToolLength) {
+TEST(LongBookkeeping, AnotherToolLength) {
   Files files(8);
   Convention c = of_kind(ConventionKind::tool_length);
   c.in_readings = true;
@@ -259,7 +290,7 @@ TEST(Bookkeeping, AnotherToolLength) {
 }
 
 // An error of some hundredths of a millimetre is what the effect is made for.
-TEST(Bookkeeping, ATrueToolLengthErrorIsAnEffect) {
+TEST(LongBookkeeping, ATrueToolLengthErrorIsAnEffect) {
   Files files(9);
   files.known = "[model]\nname = \"m\"\n[[effect]]\nid = \"location:C\"\n";
   files.data = test::measured(
@@ -292,7 +323,7 @@ TEST(LongBookkeeping, TrueEffectsTenTimesAsLargeAsUsualAreEffects) {
 
 // One ball, A and C known to lie elsewhere. An error that a crash leaves, 60 to 75 times its usual size, is
 // no wrong convention: with a limit of 50 usual sizes four of these six were called one.
-TEST(Bookkeeping, ALargeErrorOnOneBallIsNoConvention) {
+TEST(LongBookkeeping, ALargeErrorOnOneBallIsNoConvention) {
   const std::string plan =
       "[[run]]\nid = \"ball\"\nminutes = 15\nquantity = \"displacement\"\n"
       "n = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\ntool_z_mm = -150\nu_random = 0.7\nball_mm = [60, 40, 30]\n"
@@ -320,7 +351,7 @@ TEST(Bookkeeping, ALargeErrorOnOneBallIsNoConvention) {
     }
 }
 
-TEST(Bookkeeping, NullsAreNone) {
+TEST(LongBookkeeping, NullsAreNone) {
   for (int seed = 1; seed <= test::cases(3); ++seed) {
     const Diagnosis d = Files(static_cast<std::uint64_t>(seed)).said();
     EXPECT_EQ(d.verdict, Verdict::nothing_to_find) << told_by(d);
@@ -337,7 +368,7 @@ TEST(LongBookkeeping, ImproveAddsNothing) {
   EXPECT_EQ(steps.front().model.effects.size(), files.model().effects.size());
 }
 
-TEST(RowProblems, EachIsNamedByItsRow) {
+TEST(LongRowProblems, EachIsNamedByItsRow) {
   struct Spoilt {
     const char* words;
     void (*spoil)(Dataset&);
@@ -372,7 +403,7 @@ void put_states(Files& files, const std::vector<MachineState>& states) {
 }
 
 // The sense of motion of one run turned round: its readings look as if they had the wrong sign.
-TEST(RowProblems, SensesAgainstThePositions) {
+TEST(LongRowProblems, SensesAgainstThePositions) {
   Files files(12);
   const std::size_t run = [&] {
     std::map<std::size_t, std::array<int, 2>> senses;
@@ -394,7 +425,7 @@ TEST(RowProblems, SensesAgainstThePositions) {
   EXPECT_NE(d.paragraph.find("says the other way than the positions go"), std::string::npos) << told_by(d);
 }
 
-TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
+TEST(LongRowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
   Files files(12);
   std::vector<MachineState> states = states_of(files);
   const std::size_t row = files.data.readings[30].row;
@@ -409,7 +440,7 @@ TEST(RowProblems, PositionsOutsideTheTravelAndAClockThatWasSetBack) {
 }
 
 // A residual of 0.0013 um, the rounding of a file with steps of 0.005 um, was "not_in_library".
-TEST(Sizes, TheStepOfTheReadingsIsNoStructure) {
+TEST(LongSizes, TheStepOfTheReadingsIsNoStructure) {
   for (const double step_um : {0.001, 0.005, 0.01}) {
     Files files(15);
     std::string plan = test::plan_text({});

@@ -56,6 +56,14 @@ struct Convention {
   std::size_t effects = 0;          // compensated: the first ones of the model, which the control took out
   ClockShift clock;                 // time_shift
 
+  /// Of the directions or the positions of one run.
+  bool is_of_columns_of_one_run() const {
+    const bool of_directions =
+        kind == ConventionKind::component_sense || kind == ConventionKind::swapped_columns;
+    const bool of_positions =
+        kind == ConventionKind::axis_sense || (kind == ConventionKind::unit && !axes.empty());
+    return run.has_value() && (of_directions || of_positions);
+  }
   /// Not of all readings that were given.
   bool of_a_part() const { return run.has_value() || file.has_value(); }
 };

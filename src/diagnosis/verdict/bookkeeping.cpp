@@ -23,7 +23,9 @@ namespace trunnion::diagnosis {
 namespace {
 
 // README, "Conventions"; calibrated in tests/bench/discovery (run --conventions).
-constexpr double kSuspicious = 1.5;   // chi-square per degree: below, nothing is the wrong way round
+constexpr double kSuspicious = 1.5;  // chi-square per degree: below, nothing is the wrong way round
+constexpr double kMuchIsWrong =
+    250.0;  // chi-square above its degrees: many readings may hide a wrong run in theirs
 constexpr double kFarTooSmall = 0.1;  // the same of readings in too large a unit
 constexpr double kShare = 0.7;       // of what is wrong, that the convention explains beside the same effects
 constexpr double kMuchBetter = 2.0;  // chi-square per degree of the best effects over that of the convention
@@ -40,6 +42,7 @@ constexpr double kAsGood = 30.0;                      // of a further convention
 constexpr std::size_t kMostReadings = 2500;           // a convention concerns all: more only take time
 constexpr std::size_t kSearched = 5;                  // conventions beside which effects are searched
 constexpr std::ptrdiff_t kSearchedOfRuns = 2;         // the same of single runs, signs and units apart
+constexpr std::size_t kLookedAt = 6;                  // runs whose directions and positions are tried
 constexpr double kOfBestRun = 0.1;                    // least share of the best one's gain that is worth it
 constexpr double kHelps = 0.05, kHelpsEffects = 0.3;  // least share of what is wrong that is worth a search
 constexpr double kMostOddReadings = 0.05;
@@ -200,8 +203,8 @@ class Judge {
     if (has_values(model_)) out.likely = as_it_stands();
     if (out.likely.empty()) out.likely = taken_up_by_the_model();
     const double reduced = as_given_.reduced();
-    if (!out.likely.empty() || as_given_.dof < 5.0 || (reduced < kSuspicious && reduced > kFarTooSmall))
-      return out;
+    const bool suspicious = reduced > kSuspicious || as_given_.chi2 - as_given_.dof > kMuchIsWrong;
+    if (!out.likely.empty() || as_given_.dof < 5.0 || (!suspicious && reduced > kFarTooSmall)) return out;
     return fitted_conventions();
   }
 
@@ -448,6 +451,9 @@ class Judge {
   bool explains(const Trial& t) const {
     const double n = std::log(static_cast<double>(data_.readings.size()));
     const double as_found = found_as_given_.deviance + found_columns_ * n + selection(1.0);
+    if (t.what.is_of_columns_of_one_run())
+      return falls(as_given_, t.base, kHelpsEffects) ||
+             (!said_clean_ && falls(found_as_given_, t.with_found, kHelpsEffects));
     return t.fewer <= as_found + kThousandToOne || falls(as_given_, t.base, kHelps) ||
            (!said_clean_ && falls(found_as_given_, t.with_found, kHelpsEffects)) ||
            (t.what.kind == ConventionKind::unit && t.what.axes.empty() && t.what.factor > 1.0 &&
@@ -484,8 +490,30 @@ class Judge {
       }
   }
 
+  // The runs with most that the model does not explain: one whose directions or positions are wrong is among
+  // them.
+  std::vector<std::size_t> runs_that_misfit() const {
+    const Observations o(machine_, data_);
+    const FitCore core = core_of(o, model_, {});
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t run = 0; run < o.runs().size(); ++run) {
+      double excess = -static_cast<double>(o.runs()[run].size());
+      for (const Eigen::Index i : o.runs()[run]) excess += std::pow(core.white[i], 2);
+      order.emplace_back(-excess, run);
+    }
+    std::sort(order.begin(), order.end());
+    order.resize(std::min(order.size(), kLookedAt));
+    std::vector<std::size_t> out;
+    for (const auto& [excess, run] : order) out.push_back(run);
+    return out;
+  }
+
   std::vector<Trial> trials() const {
-    const auto list = conventions(machine_, data_, model_);
+    auto list = conventions(machine_, data_, model_);
+    const std::vector<std::size_t> misfit = runs_that_misfit();
+    std::erase_if(list, [&](const Convention& c) {
+      return c.is_of_columns_of_one_run() && std::find(misfit.begin(), misfit.end(), *c.run) == misfit.end();
+    });
     std::vector<Trial> out(list.size());
     oneapi::tbb::parallel_for(std::size_t{0}, list.size(), [&](std::size_t i) {
       out[i] = list[i].kind == ConventionKind::time_shift ? at_clock(list[i]) : tried(list[i]);
@@ -547,6 +575,9 @@ class Judge {
       return scales_to_nothing(t.what, data_) || !cures(t.what) || changes_nothing(t) ||
              (t.base.reduced() < kLeastNoise && t.with_found.reduced() < kLeastNoise) || !explains(t);
     });
+    // Little is wrong with most readings: then a convention explains most of it, the model being as it is.
+    if (as_given_.reduced() < kSuspicious && as_given_.reduced() > kFarTooSmall)
+      std::erase_if(all, [&](const Trial& t) { return !falls(as_given_, t.base, kShare); });
     // Nor does what noise alone would leave too much of.
     const double n = std::log(static_cast<double>(data_.readings.size()));
     const Figures& known = absurd_ ? as_given_ : found_as_given_;

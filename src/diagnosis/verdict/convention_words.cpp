@@ -146,7 +146,8 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
              ": exchange the two in `part` of [chain] in " + machine_file(machine) +
              ". Turn each of them alone and look whether the other one's axis moves with it";
     case ConventionKind::component_sense:
-      return "The column " + b.components.front() + " of " + listed_files(data) +
+      return "The column " + b.components.front() + of_run + (b.run.empty() ? " of " : " in ") +
+             listed_files(data, c) +
              " has the wrong sign, or the readings along it have: `value` is actual minus nominal, of the "
              "tool "
              "relative to the part, along n";

@@ -73,6 +73,7 @@ class Listed {
     clocks();
     of_files();
     compensation();
+    of_single_runs();
     return std::move(out_);
   }
 
@@ -285,6 +286,56 @@ class Listed {
           continue;
         out_.push_back(c);
         out_.back().file = file;
+      }
+    }
+  }
+
+  // What whoever measured one run does: its directions, and the positions of the axes that move in it.
+  void of_single_runs() {
+    constexpr std::size_t kMostRuns = 24;
+    constexpr double kSeen = 1e-6;
+    struct Seen {
+      std::array<bool, 3> along{}, beside{};
+      std::optional<MachineState> first;
+      std::set<AxisId> moves;
+    };
+    const std::size_t runs = data_.context.runs.size();
+    if (runs < 2 || runs > kMostRuns) return;
+    std::vector<Seen> of(runs);
+    for (const Reading& r : data_.readings) {
+      const MachineState now = data_.track.state(r.row);
+      Seen& seen = of[now.run];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double n = std::abs(r.n[static_cast<Eigen::Index>(k)]);
+        seen.along[k] = seen.along[k] || n > kSeen;
+        seen.beside[k] = seen.beside[k] || n < 1.0 - kSeen;
+      }
+      if (!seen.first) seen.first = now;
+      for (AxisId a = 0; a < machine_.axes.size(); ++a)
+        if (now.q[a] != seen.first->q[a]) seen.moves.insert(a);
+    }
+    for (std::size_t run = 0; run < runs; ++run) {
+      const auto add_of_run = [&](ConventionKind kind) -> Convention& {
+        Convention& c = add(kind);
+        c.run = run;
+        return c;
+      };
+      for (int k = 0; k < 3; ++k) {
+        const auto i = static_cast<std::size_t>(k);
+        if (of[run].along[i] && of[run].beside[i])
+          add_of_run(ConventionKind::component_sense).components = {k};
+        for (int other = k + 1; other < 3; ++other)
+          if (of[run].along[i] && of[run].along[static_cast<std::size_t>(other)])
+            add_of_run(ConventionKind::swapped_columns).components = {k, other};
+      }
+      for (const AxisId a : of[run].moves) {
+        Convention& sense = add_of_run(ConventionKind::axis_sense);
+        sense.axes = {a};
+        sense.in_file = true;
+        if (machine_.axes[a].kind != AxisKind::rotary) continue;
+        Convention& unit = add_of_run(ConventionKind::unit);
+        unit.axes = {a};
+        unit.factor = kDegreePerRad;
       }
     }
   }

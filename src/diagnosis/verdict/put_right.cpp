@@ -181,7 +181,8 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
           if (of_its_run(parts, i, c)) swap_axes(parts.states[i], c.axes[0], c.axes[1], c.in_file);
         }
       else
-        for (Reading& r : parts.readings) std::swap(r.n[c.components[0]], r.n[c.components[1]]);
+        for (Reading& r : parts.readings)
+          if (concerns(data, r, c)) std::swap(r.n[c.components[0]], r.n[c.components[1]]);
       break;
     case ConventionKind::unit:
       if (c.axes.empty()) scale_readings(parts, data, c);
@@ -203,7 +204,8 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
       shift_clock(parts, data.context.runs.size(), c);
       break;
     case ConventionKind::component_sense:
-      for (Reading& r : parts.readings) r.n[c.components.front()] = -r.n[c.components.front()];
+      for (Reading& r : parts.readings)
+        if (concerns(data, r, c)) r.n[c.components.front()] = -r.n[c.components.front()];
       break;
     case ConventionKind::frame:
       for (Reading& r : parts.readings) {
