@@ -1,5 +1,6 @@
 // Words of programs that others wrote, resolved to absolute millimetres.
 #include <cmath>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -20,6 +21,15 @@ std::vector<Block> read(const std::string& text, const std::string& control = "l
   ReaderOptions options;
   options.others = true;
   return test::nc_blocks(c, text, options);
+}
+
+std::string error_of(const std::string& control, const std::string& text) {
+  try {
+    read(text, control);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
 }
 
 double mm(const AxisWords& words, AxisLetter letter) {
@@ -200,6 +210,18 @@ TEST(OtherWords, LengthCompensationLeavesXAndYKnown) {
   EXPECT_EQ(motions[1].words.mask & kXyz, kXyz);
 }
 
+// Controls take the last of them, or none.
+TEST(OtherWords, TwoWordsOfOneGroupInABlockAreRefused) {
+  const auto block = [](const std::string& words) {
+    return "G21 G90 G94 G17\nS100 M3\nG0 X0. Y0. Z0.\n" + words + " X1. F100.\nM30\n";
+  };
+  for (const char* two :
+       {"G1 G90 G91", "G1 G91 G90", "G1 G20 G21", "G1 G17 G18", "G1 G94 G95", "G1 G95 G94", "G1 G93 G95"})
+    EXPECT_THAT(error_of("fanuc_30i", block(two)), ::testing::HasSubstr("a second word of one group")) << two;
+  for (const char* fine : {"G1 G90 G90", "G1 G17 G21 G90 G94", "G1 G95", "G91 G1 G17"})
+    EXPECT_EQ(error_of("fanuc_30i", block(fine)), "") << fine;
+}
+
 TEST(OtherWords, AreNoneOfAVerification) {
   const Controller c = test::shipped_controller("linuxcnc");
   for (const char* line : {"G20", "G91", "G18", "G2 X1 Y1 R1"}) {
@@ -247,7 +269,7 @@ TEST(OtherWords, ATurnLeadsWherePlaneGeometrySays) {
 
 // In coordinates that are turned the place where a circle begins is turned there and back: the last digits
 // are no way from its end to its beginning.
-TEST(OtherWords, AFullCircleStaysOneInTurnedCoordinates) {
+TEST(LongOtherWords, AFullCircleStaysOneInTurnedCoordinates) {
   std::mt19937 random(7);
   const auto draw = [&](double least, double most) {
     return std::round(1e3 * std::uniform_real_distribution<double>(least, most)(random)) * 1e-3;

@@ -337,6 +337,24 @@ TEST(NcInput, ProgramsOfOthersAreRead) {
   }
 }
 
+// X and Y of a tilted plane stay where they are when the length is added along the tool.
+TEST(NcInput, TheLengthMayFollowXAndYInATiltedPlane) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto program = [](const std::string& approach) {
+    return "%\nO1000\nG21 G17 G40 G49 G80 G90 G94\nG28 G91 Z0.\nG90\nT1 M6\nG54\nS1000 M3\n"
+           "G68.2 X0. Y0. Z0. I0. J30. K0.\nG53.1\n" +
+           approach + "G1 Z5. F500.\nX30.\nG0 Z60.\nG69\nM30\n%\n";
+  };
+  const ReadFrom from{machine, "fanuc_30i"};
+  const auto behind = reposted(program("G0 X10. Y20.\nG43 H1 Z50.\n"), from, machine);
+  ASSERT_TRUE(behind.report) << said(behind);
+  EXPECT_TRUE(behind.report->verification->passed());
+  const auto beside = reposted(program("G0 G43 H1 X10. Y20. Z50.\n"), from, machine);
+  ASSERT_TRUE(beside.report) << said(beside);
+  EXPECT_EQ(words_of(behind.nc), words_of(beside.nc));
+  EXPECT_THAT(behind.nc, ::testing::HasSubstr("A30"));
+}
+
 // The speed of the tool before is not that of the new one, and whether M3 goes on is not known.
 TEST(NcInput, ACutBehindAToolChangeWantsTheSpindleStarted) {
   const Machine machine = test::shipped_machine("trunnion_offset");

@@ -201,9 +201,10 @@ void EventReader::run_length(std::int64_t number) {
   if (s_.modal.tcp && s_.c.tcp.replaces_length) run_tcp(false, 0);
   const AxisWords before = s_.modal.position;
   s_.modal.set_length(number);
-  // The length counts along Z; X and Y that stood before it are as good as before.
+  // The length counts along Z, of a tilted plane the tool stands along; X and Y that stood before it are as
+  // good as before.
   for (const AxisLetter letter : {AxisLetter::X, AxisLetter::Y}) {
-    if (s_.language.others && !s_.modal.tcp && !s_.modal.plane && before.has(letter))
+    if (s_.language.others && !s_.modal.tcp && !s_.program.follows_part && before.has(letter))
       s_.modal.position.set(letter, before[letter]);
   }
   s_.emit(LengthCompensation{number});

@@ -60,7 +60,7 @@ void LineReader::run_line_of_others() {
     s_.error(std::max(others.error_column, 1U), others.error);
     return true;
   };
-  if (!others.has_each_once(parsed_)) {
+  if (!others.has_each_once(parsed_) || !others.has_one_of_each_group(parsed_)) {
     refused();
     return;
   }

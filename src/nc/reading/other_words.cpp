@@ -124,6 +124,55 @@ bool OtherWords::has_each_once(const ParsedLine& line) {
   return true;
 }
 
+int OtherWords::group_of(Mode mode) {
+  switch (mode) {
+    case Mode::inches:
+    case Mode::millimetres:
+      return 0;
+    case Mode::increments:
+    case Mode::absolute:
+      return 1;
+    case Mode::plane_xy:
+    case Mode::plane_zx:
+    case Mode::plane_yz:
+      return 2;
+    case Mode::centers_absolute:
+    case Mode::centers_from_start:
+      return 3;
+    case Mode::per_revolution:
+      return 4;
+    case Mode::shorter_way:
+    case Mode::straight_way:
+      return 5;
+    case Mode::zero_follows:
+    case Mode::zero_stays:
+      return 6;
+  }
+  return -1;
+}
+
+bool OtherWords::has_one_of_each_group(const ParsedLine& line) {
+  error.clear();
+  std::array<std::optional<Number>, 7> said;
+  const auto is_other = [&](int group, const Word& word) {
+    auto& before = said[static_cast<std::size_t>(group)];
+    if (before && !equal(*before, word.number)) return true;
+    before = word.number;
+    return false;
+  };
+  for (std::size_t i = 0; i < line.word_count; ++i) {
+    const Word& word = line.words[i];
+    bool is_second = (is_code(word, c_.feed.per_minute) || is_code(word, c_.feed.inverse_time)) &&
+                     is_other(group_of(Mode::per_revolution), word);
+    for (const auto& [code, mode] : modes_)
+      is_second = is_second || (code.is(word) && is_other(group_of(mode), word));
+    if (is_second)
+      return fail(word.column,
+                  "a second word of one group in this block: controls differ in which one applies");
+  }
+  return true;
+}
+
 bool OtherWords::take_modes(ParsedLine& line) {
   error.clear();
   const bool inches = said_.inches;

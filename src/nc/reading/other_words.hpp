@@ -23,6 +23,9 @@ class OtherWords {
   bool claims(char letter, const Number& number) const;
   /// False, with `error`: two words of one letter, of which controls take the first, the last or none.
   bool has_each_once(const ParsedLine& line);
+  /// False, with `error`: two words of one group that stay in force, as G90 and G91, of which controls take
+  /// the last or none.
+  bool has_one_of_each_group(const ParsedLine& line);
   /// Takes the words of the line that stay in force, whatever their order. True where they change the unit.
   bool take_modes(ParsedLine& line);
   /// A circle or a drilling cycle that begins in this line: its words are used. Nothing where there is none,
@@ -145,6 +148,7 @@ class OtherWords {
   };
   static std::optional<Code> code_of(const std::string& word);
   void note(const std::string& word, Mode mode);
+  static int group_of(Mode mode);
   void set(Mode mode);
   bool fail(std::uint32_t column, const std::string& message);
   std::nullopt_t refuse(std::uint32_t column, const std::string& message) {
