@@ -178,7 +178,7 @@ TEST(Aliases, AWaveOfTwoStepsHasAnAmplitude) {
 
 // At every 60 degrees sin 4C is -sin 2C: what is named may be another wave, and between the places it is
 // worse.
-TEST(Aliases, WavesOfARotaryAxisAtFewPlacesAreSaid) {
+TEST(LongAliases, WavesOfARotaryAxisAtFewPlacesAreSaid) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   const auto paragraph = [&](const std::string& c) {
     std::string plan;

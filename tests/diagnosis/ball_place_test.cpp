@@ -63,7 +63,7 @@ TEST(BallPlace, StandsStillWherePositionsAreRight) {
 }
 
 // Before: inches were `named: component:EXA` with 0.985.
-TEST(BallPlace, ProvesPositionsInAnotherUnitOrSense) {
+TEST(LongBallPlace, ProvesPositionsInAnotherUnitOrSense) {
   const Balls shop(
       "[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n[[effect]]\nid = "
       "\"location:C\"\n[effect.parameters]\nX0C_um = 9\n");
@@ -100,7 +100,7 @@ Convention shifted(std::vector<AxisId> axes, std::vector<double> by) {
 }
 
 // Positions of a program zero were one effect or another; what has to be added is what was taken away.
-TEST(BallPlace, TellsPositionsThatCountFromAnotherZero) {
+TEST(LongBallPlace, TellsPositionsThatCountFromAnotherZero) {
   const Balls shop(
       "[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n[[effect]]\nid = "
       "\"location:C\"\n[effect.parameters]\nX0C_um = 9\n");

@@ -54,7 +54,7 @@ TEST(ClockShift, LeavesReadingsWithoutAStateWhereSpeedsVary) {
 }
 
 // Speeds of the beginning were never written: neither their lag nor other effects may be named for it.
-TEST(ClockShift, IsNamedThoughTheBeginningIsLost) {
+TEST(LongClockShift, IsNamedThoughTheBeginningIsLost) {
   for (const double by : {-900.0, 500.0, 1200.0}) {
     const Shifted s(by);
     const Diagnosis d = diagnose(s.machine, s.data, test::model_for(s.machine, s.data, kModel));

@@ -230,7 +230,7 @@ Campaign table_only() {
   return c;
 }
 
-TEST(Diagnose, NamesALocationErrorAndRecoversItsParameters) {
+TEST(LongDiagnose, NamesALocationErrorAndRecoversItsParameters) {
   const Diagnosis d = diagnosed(kDiagnoseTruth + hidden()[0].toml, table_only(), 7);
   EXPECT_EQ(d.verdict, Verdict::named) << said(d);
   ASSERT_EQ(d.effects, std::vector<std::string>{"location:C"});
@@ -255,7 +255,7 @@ const RankedEffect& ranked(const Diagnosis& d, const std::string& id) {
 
 // On an A-C trunnion a ball beside the spindle's axis (X0S) and an axis C that sits beside its place (X0C)
 // are the same motion, at every pose: one parameter of location:C does what the smaller effect does.
-TEST(Diagnose, OneParameterOfALargerEffectIsARival) {
+TEST(LongDiagnose, OneParameterOfALargerEffectIsARival) {
   const std::string nothing = "[model]\nname = \"nothing known\"\n";
   for (const std::string& truth :
        {effect("location:C", "X0C_um = 12\n"), effect("tool_offset", "X0S_um = -12\n")}) {
@@ -266,7 +266,7 @@ TEST(Diagnose, OneParameterOfALargerEffectIsARival) {
 }
 
 // A head or a table that C carries and A tilts leans out over C: sin A cos C, sin A sin C of C's joint.
-TEST(Diagnose, AWeightThatCSwingsRound) {
+TEST(LongDiagnose, AWeightThatCSwingsRound) {
   Machine machine = test::thermal_machine("trunnion_offset");
   std::swap(machine.part_chain.front(), machine.part_chain.back());
   const std::string nothing = "[model]\nname = \"nothing known\"\n";
@@ -288,7 +288,7 @@ TEST(Diagnose, AWeightThatCSwingsRound) {
 
 // A longer tool and a trunnion that sits higher (Z0A) move the tool against the part alike, at every pose.
 // Of which none stands out: with sets of three a cross-talk stood in for two of them.
-TEST(Diagnose, FourEffectsAtOnce) {
+TEST(LongDiagnose, FourEffectsAtOnce) {
   const std::string truth =
       kDiagnoseTruth + effect("squareness:C0Y", "C0Y_urad = 30\n") + effect("backlash:Y", "b_um = 4\n") +
       effect("component:EXX", "P1_um = -2\nP2_um = 5\n") + effect("component:EZC", "cos1_um = 3\n");
@@ -319,7 +319,7 @@ TEST(Diagnose, ATiltOfOneBallIsItsPosition) {
 
 // A short run with large effects: a few smooth functions cannot follow them, so that they look like scatter
 // that is large and correlated in time. Their explanation is likelier than such scatter.
-TEST(Diagnose, LargeEffectsOfAShortRunAreNoScatter) {
+TEST(LongDiagnose, LargeEffectsOfAShortRunAreNoScatter) {
   const std::string plan =
       "[[run]]\nid = \"ball\"\nminutes = 10\nquantity = \"displacement\"\nn = [[1, 0, 0], [0, 1, 0], [0, 0, "
       "1]]\n"
@@ -352,7 +352,7 @@ TEST(Diagnose, AWrongUncertaintyIsADataProblem) {
   EXPECT_EQ(diagnosed(kDiagnoseTruth, c, 9).verdict, Verdict::data_problem);
 }
 
-TEST(Diagnose, TheSameRunTwiceIsADataProblem) {
+TEST(LongDiagnose, TheSameRunTwiceIsADataProblem) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   Dataset data = test::measured(machine, test::plan_text(table_only()), kDiagnoseTruth, 1);
   const std::string text = measurements_text(data, machine);

@@ -36,7 +36,7 @@ struct SlowBalls {
 };
 
 // Before: `named: time_drift + component:EZA` with 0.985.
-TEST(Settling, IsNoSteadyDriftBesideAnAxisThatGoesWithTime) {
+TEST(LongSettling, IsNoSteadyDriftBesideAnAxisThatGoesWithTime) {
   for (const std::uint64_t seed : {1U, 2U}) {
     SlowBalls shop("", seed);
     const Observations o(shop.machine, shop.data);
@@ -78,7 +78,7 @@ bool in_all(const std::string& run) {
 }
 
 // Before: `named: component:EXA`, or `ambiguous` between it and one function.
-TEST(Drifts, AnAxisThatSettlesIsNoErrorOfIt) {
+TEST(LongDrifts, AnAxisThatSettlesIsNoErrorOfIt) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     SlowBalls shop("", seed);
     settle(shop, 3, Vec3(8e-3, 5e-3, 0), 300.0, in_all);
@@ -90,7 +90,7 @@ TEST(Drifts, AnAxisThatSettlesIsNoErrorOfIt) {
 }
 
 // Before: `named: step` with 0.985.
-TEST(Drifts, OneRunThatDriftsIsNoStep) {
+TEST(LongDrifts, OneRunThatDriftsIsNoStep) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     SlowBalls shop("", seed);
     settle(shop, 2, Vec3(0, 0, 3e-3), INFINITY, [](const std::string& run) { return run == "b2"; });
@@ -101,7 +101,7 @@ TEST(Drifts, OneRunThatDriftsIsNoStep) {
   }
 }
 
-TEST(Drifts, AStepIsAStep) {
+TEST(LongDrifts, AStepIsAStep) {
   SlowBalls shop("", 1);
   const Observations o(shop.machine, shop.data);
   const MatrixXd& part = o.response(o.link_count() - 1);
@@ -144,7 +144,7 @@ TEST(Reversals, LostMotionThatGrowsWithTheTiltIsNoStep) {
 
 // Scales that are warmer in one run than in another, and no sensor. Before: tilts of set-ups, straightnesses
 // and periods together.
-TEST(Growth, OfAxesFromRunToRunIsNoGeometry) {
+TEST(LongGrowth, OfAxesFromRunToRunIsNoGeometry) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     Dataset data =

@@ -43,9 +43,9 @@ double rms_um(const Machine& machine, const Dataset& data, const Model& model) {
   return history_entry(machine, data, model).rms_um;
 }
 
-class ProposedFormulaOf : public testing::TestWithParam<HiddenFormula> {};
+class LongProposedFormulaOf : public testing::TestWithParam<HiddenFormula> {};
 
-TEST_P(ProposedFormulaOf, PredictsOtherReadings) {
+TEST_P(LongProposedFormulaOf, PredictsOtherReadings) {
   const HiddenFormula& hidden = GetParam();
   const std::string truth = "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:hidden\"\njoint = \"" +
                             hidden.joint + "\"\ncomponent = \"" + hidden.component + "\"\nexpression = \"" +
@@ -84,7 +84,7 @@ TEST_P(ProposedFormulaOf, PredictsOtherReadings) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Kinds, ProposedFormulaOf,
+    LongKinds, LongProposedFormulaOf,
     testing::Values(HiddenFormula{"product", "C", "EZC", "k * sin(2 * A) * cos(2 * C)", "k_um = 2.5\n"},
                     HiddenFormula{"two turns", "Z", "EXZ",
                                   "k * sin(A) * cos(2 * C) + h * sin(A) * sin(2 * C)",

@@ -57,7 +57,7 @@ Dataset late_axes(const Machine& machine, const JointVector& late_s, std::uint64
 // Y 3.5 ms late in the part, which a table that is 3 ms late turns by 0.4 degrees: 1 um beside 100 um of Y
 // and 0.15 um of noise. It passed for a period of X and a step, and then for nothing of the library, since
 // one function of the velocity does without them.
-TEST(LargeEffects, WhatTheyDoToEachOtherIsNoEffect) {
+TEST(LongLargeEffects, WhatTheyDoToEachOtherIsNoEffect) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   for (const auto& [axis, late_ms] : {std::pair("Y", 3.5), {"X", 6.3}, {"Z", 1.9}, {"A", 3.0}}) {
     JointVector late_s;
@@ -78,7 +78,7 @@ TEST(LargeEffects, WhatTheyDoToEachOtherIsNoEffect) {
 }
 
 // Two are missing, and a small third one is still seen beside them.
-TEST(LargeEffects, SmallOnesBesideThemAreFound) {
+TEST(LongLargeEffects, SmallOnesBesideThemAreFound) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   JointVector late_s;
   late_s[*machine.axis("C")] = 7.5e-3;

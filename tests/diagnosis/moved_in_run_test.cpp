@@ -54,7 +54,7 @@ bool is_of(const Diagnosis& d, EffectClass kind) {
                      [&](const ModelEffect& effect) { return effect.effect->info().kind == kind; });
 }
 
-TEST(MovedInRun, ABallOfOneRunIsNoThermalEffect) {
+TEST(LongMovedInRun, ABallOfOneRunIsNoThermalEffect) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     Runs runs(seed);
     runs.displace("ball2", Observations(runs.machine, runs.data).link_count() - 2, Vec3(0.030, -0.020, 0.0));
@@ -65,7 +65,7 @@ TEST(MovedInRun, ABallOfOneRunIsNoThermalEffect) {
 }
 
 // Before: `thermal_location:C` at 0.985 in each of the three.
-TEST(MovedInRun, AnAxisHomedAnewIsNoThermalEffect) {
+TEST(LongMovedInRun, AnAxisHomedAnewIsNoThermalEffect) {
   using Temperatures = std::vector<std::string>;
   for (const auto& [seed, temperatures] : {std::pair{1U, Temperatures{"20.276", "19.711", "19.699"}},
                                            std::pair{7U, Temperatures{"19.794", "20.173", "20.200"}},
@@ -79,7 +79,7 @@ TEST(MovedInRun, AnAxisHomedAnewIsNoThermalEffect) {
 }
 
 // A machine as sensitive as machines are, between runs that are some kelvins apart.
-TEST(MovedInRun, AThermalEffectOfUsualSizeIsNamed) {
+TEST(LongMovedInRun, AThermalEffectOfUsualSizeIsNamed) {
   const Runs runs(5, {"18.0", "23.0", "26.0"},
                   "[[effect]]\nid = \"ambient_drift\"\n[effect.parameters]\nX_um_per_K = 2\nY_um_per_K = -1\n"
                   "Z_um_per_K = 3\ntau_s = 600\n");

@@ -62,7 +62,7 @@ double explained_by(const std::vector<std::array<double, 4>>& rows, std::size_t 
   return out;
 }
 
-TEST(RealData, TheMissingStraightnessOfAStageIsNamed) {
+TEST(LongRealData, TheMissingStraightnessOfAStageIsNamed) {
   const std::string text = reference("/geometric/stage_642583/642583-1-1-2dcal_stitched.dat");
   if (text.empty()) GTEST_SKIP() << "TRUNNION_REFERENCE_DATA is not set";
   // Every third point: a sixth of the time.
@@ -95,7 +95,7 @@ TEST(RealData, TheMissingStraightnessOfAStageIsNamed) {
 
 // The same temperatures go with displacements that differ by tens of micrometres from day to day: no model of
 // temperatures may be called complete.
-TEST(RealData, TemperaturesAloneDoNotExplainTheLathe) {
+TEST(LongRealData, TemperaturesAloneDoNotExplainTheLathe) {
   const std::string text = reference("/thermal/lathe_days/ace_days.csv");
   if (text.empty()) GTEST_SKIP() << "TRUNNION_REFERENCE_DATA is not set";
   Diagnostics diagnostics;

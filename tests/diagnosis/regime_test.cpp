@@ -42,14 +42,14 @@ void expect_above_22(const Diagnosis& d) {
 }
 
 // Then "from this moment on" and "above this temperature" are the same.
-TEST(Regime, ATemperatureThatIsPassedOnceIsNoStepForSure) {
+TEST(LongRegime, ATemperatureThatIsPassedOnceIsNoStepForSure) {
   const Diagnosis d = said_of_day(kOnce, kAbove22);
   EXPECT_EQ(d.verdict, Verdict::ambiguous) << d.paragraph;
   EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
   expect_above_22(d);
 }
 
-TEST(Regime, ATemperatureThatIsPassedTwiceIsFound) {
+TEST(LongRegime, ATemperatureThatIsPassedTwiceIsFound) {
   const Diagnosis d = said_of_day(kThereAndBack, kAbove22);
   EXPECT_EQ(d.verdict, Verdict::not_in_library) << d.paragraph;
   EXPECT_TRUE(d.effects.empty());
@@ -64,12 +64,12 @@ void expect_step(const std::string& ambient, const std::string& parameters) {
   EXPECT_EQ(d.effects, std::vector<std::string>{"step"});
 }
 
-TEST(Regime, AStepWhereTheTemperatureGoesBackStaysOne) {
+TEST(LongRegime, AStepWhereTheTemperatureGoesBackStaysOne) {
   expect_step(kThereAndBack, "X_um = 3\nY_um = 0\nZ_um = 0\nt_s = 2500\n");
 }
 
 // One component that acts in a part does not do what a shift in three does.
-TEST(Regime, AStepInThreeDirectionsStaysOne) {
+TEST(LongRegime, AStepInThreeDirectionsStaysOne) {
   expect_step(kOnce, "X_um = 2.5\nY_um = -2\nZ_um = 2\nt_s = 3600\n");
 }
 
@@ -95,7 +95,7 @@ Diagnosis said_of_two_tools(const std::string& truth) {
                                   "[[effect]]\nid = \"location:C\"\n"));
 }
 
-TEST(Regime, AReadingThatAPartExplainsIsNoOutlier) {
+TEST(LongRegime, AReadingThatAPartExplainsIsNoOutlier) {
   const Diagnosis d = said_of_two_tools(
       "id = \"user:warm\"\njoint = \"S\"\ncomponent = \"EYS\"\nexpression = \"k * (T_ambient > 2)\"\n"
       "[effect.parameters]\nk_um = 8\n");
@@ -103,7 +103,7 @@ TEST(Regime, AReadingThatAPartExplainsIsNoOutlier) {
   expect_above_22(d);
 }
 
-TEST(Regime, ATiltedSpindleStaysOne) {
+TEST(LongRegime, ATiltedSpindleStaysOne) {
   const Diagnosis d =
       said_of_two_tools("id = \"spindle_tilt\"\n[effect.parameters]\nA0S_urad = 100\nB0S_urad = 10\n");
   EXPECT_EQ(d.verdict, Verdict::named) << d.paragraph;
@@ -112,7 +112,7 @@ TEST(Regime, ATiltedSpindleStaysOne) {
 }
 
 // Whole runs above 22 degC, which their set-ups take up, and a ball of which three poses of fifteen are not.
-TEST(Regime, APartThatSetupsTakeUpButForAFewReadingsIsFound) {
+TEST(LongRegime, APartThatSetupsTakeUpButForAFewReadingsIsFound) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   test::Campaign c;
   const std::string all = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
@@ -151,7 +151,7 @@ TEST(Regime, APartThatSetupsTakeUpButForAFewReadingsIsFound) {
 
 // Each angle in a warmer room than the one before, the last set-up turned: three parameters for each run, of
 // which one does something, where "above this temperature" needs one. Whole runs are no part of a range.
-TEST(Regime, ATurnedSetupInTheWarmestRunStaysOne) {
+TEST(LongRegime, ATurnedSetupInTheWarmestRunStaysOne) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   test::Campaign c;
   c.angles = c.table = false;
@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(Components, WornSector,
                                          std::pair{"EYC", 3}));
 
 // Several terms in one sector: it is said once.
-TEST(Regime, TermsOfOnePartActInIt) {
+TEST(LongRegime, TermsOfOnePartActInIt) {
   const Diagnosis d = said_of_turns(
       "",
       "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:worn\"\njoint = \"C\"\ncomponent = \"EYC\"\n"
@@ -237,7 +237,7 @@ TEST(Regime, TermsOfOnePartActInIt) {
 }
 
 // A few readings that stand far out and lie near each other are no part of the travel.
-TEST(Regime, OutliersAreNoPart) {
+TEST(LongRegime, OutliersAreNoPart) {
   const Diagnosis d =
       said_of_turns("[simulation]\noutlier_fraction = 0.03\n",
                     "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:A\"\n"

@@ -54,7 +54,7 @@ bool says_thermal(const Diagnosis& d) {
 const std::string kCool = "[[0, 19.7], [20, 19.75]]", kWarm = "[[0, 20.4], [20, 20.35]]";
 
 // Before: `named: ambient_drift` or `thermal_location:A`.
-TEST(ToolConstants, OneToolThatIsWrongIsNoThermalEffect) {
+TEST(LongToolConstants, OneToolThatIsWrongIsNoThermalEffect) {
   for (const Vec3& off : {Vec3(3e-3, 2e-3, 6e-3)}) {
     TwoTools shop(kCool, kWarm, "");
     shop.displace(off);
@@ -67,7 +67,7 @@ TEST(ToolConstants, OneToolThatIsWrongIsNoThermalEffect) {
   }
 }
 
-TEST(ToolConstants, ADriftWithinTheRunsIsNamed) {
+TEST(LongToolConstants, ADriftWithinTheRunsIsNamed) {
   const TwoTools shop(
       "[[0, 18], [10, 22], [20, 19]]", "[[0, 23], [10, 19], [20, 21]]",
       "[[effect]]\nid = \"ambient_drift\"\n[effect.parameters]\nX_um_per_K = 2\nY_um_per_K = -1\n"

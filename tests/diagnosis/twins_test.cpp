@@ -51,7 +51,7 @@ std::string room() {
 }
 
 // Before: `named`, the one of the two that the time constants of a grid suited better.
-TEST(Twins, PairsOfThermalEffectsThatMoveAlikeAreAmbiguous) {
+TEST(LongTwins, PairsOfThermalEffectsThatMoveAlikeAreAmbiguous) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   const std::string centre_of_c = effect_of(
       "thermal_location:C", "X_um_per_K = 3.5\nY_um_per_K = -2.5\ntau_s = 1800\n", "sensor = \"ambient\"\n");
@@ -82,7 +82,7 @@ std::string balls_of_which_one_turns_round() {
 }
 
 // Before: `odd_runs` held the only run that turns round, and the text sent the reader to its columns.
-TEST(Twins, ARunThatAFormulaExplainsIsNotBlamed) {
+TEST(LongTwins, ARunThatAFormulaExplainsIsNotBlamed) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   const std::string truth =
       kModelOfNothing +
@@ -134,7 +134,7 @@ Dataset with_rounded_positions(const Machine& machine, Dataset data) {
 
 // What an offset of C does to a ball on the table is another place of the ball. What is left of it is the
 // rounding of the positions, which followed whatever was missing: right files were accused of another unit.
-TEST(Twins, AnOffsetThatBallsCannotSeeFollowsNoRounding) {
+TEST(LongTwins, AnOffsetThatBallsCannotSeeFollowsNoRounding) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   std::string balls;
   for (const char* place : {"[80, 0, 60]", "[0, 90, 120]", "[-60, -30, 40]"})
@@ -159,7 +159,7 @@ TEST(Twins, AnOffsetThatBallsCannotSeeFollowsNoRounding) {
 }
 
 // What is in both explanations with the same values is added; the rest stays open.
-TEST(Twins, WhatBothExplanationsHaveAlikeIsAdded) {
+TEST(LongTwins, WhatBothExplanationsHaveAlikeIsAdded) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   std::string lines;
   for (const char* id : {"y", "y again"})
@@ -182,7 +182,7 @@ TEST(Twins, WhatBothExplanationsHaveAlikeIsAdded) {
 
 // Play of A that depends on where C stands. Before: `named` backlash:A with unbalance:AC, which explains what
 // changes its sign with the sense of A well enough for the tests.
-TEST(Twins, AFormulaMakesNeedlessWhatOnlyFollowsAPartOfIt) {
+TEST(LongTwins, AFormulaMakesNeedlessWhatOnlyFollowsAPartOfIt) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   std::string balls;
   for (const auto& [id, ball] : {std::pair{"one", "[80, 0, 60]"}, std::pair{"two", "[0, 90, 120]"}})
@@ -206,7 +206,7 @@ TEST(Twins, AFormulaMakesNeedlessWhatOnlyFollowsAPartOfIt) {
 // Eight poses of a ball and a laser of five points, there and back. Before: what is missing passed for
 // correlated scatter or a wrong uncertainty, and
 // nothing was named in six of these eight.
-TEST(Twins, OfFewReadingsTheStatedUncertaintyIsBelieved) {
+TEST(LongTwins, OfFewReadingsTheStatedUncertaintyIsBelieved) {
   const Machine machine = test::thermal_machine("trunnion_offset");
   const std::string plan =
       "[[run]]\nid = \"ball\"\nminutes = 20\nquantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\n" +

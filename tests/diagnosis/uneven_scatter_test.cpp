@@ -99,13 +99,13 @@ void even_noise_is_not_uneven(std::uint64_t first, std::uint64_t last) {
     }
 }
 
-TEST(UnevenScatter, OfOneRunMakesNoCauses) {
+TEST(LongUnevenScatter, OfOneRunMakesNoCauses) {
   noise_of_one_run_makes_no_causes(1, 1);
 }
-TEST(UnevenScatter, HidesNoCause) {
+TEST(LongUnevenScatter, HidesNoCause) {
   uneven_noise_hides_no_cause(2, 2);
 }
-TEST(UnevenScatter, IsNotSeenWhereThereIsNone) {
+TEST(LongUnevenScatter, IsNotSeenWhereThereIsNone) {
   even_noise_is_not_uneven(1, 1);
 }
 TEST(LongUnevenScatter, MakesNoCausesAndHidesNone) {

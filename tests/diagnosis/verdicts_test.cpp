@@ -95,14 +95,14 @@ const std::string kForeign =
     "[[effect]]\nid = \"user:foreign\"\njoint = \"C\"\ncomponent = \"EZC\"\n"
     "expression = \"k * sin(2 * A) * cos(2 * C)\"\n[effect.parameters]\nk_um = ";
 
-TEST(Verdict, NotInLibrary) {
+TEST(LongVerdict, NotInLibrary) {
   const Diagnosis d = said_of(BallPlan{}.text(), kForeign + "2.5\n");
   EXPECT_EQ(d.verdict, Verdict::not_in_library) << summary(d);
   EXPECT_TRUE(d.effects.empty());
   ASSERT_FALSE(d.depends_on.empty());
 }
 
-TEST(Verdict, NamedButIncomplete) {
+TEST(LongVerdict, NamedButIncomplete) {
   const Diagnosis d = said_of(BallPlan{}.text(), kLocationC + kForeign + "2.2\n");
   EXPECT_EQ(d.verdict, Verdict::named_but_incomplete) << summary(d);
   ASSERT_FALSE(d.effects.empty());
@@ -142,7 +142,7 @@ TEST(Verdict, AmbiguousProposesTheRunThatTells) {
 // With one length of the tool a tilted spindle is a tool that stands beside its axis. The twin was lost where
 // the search began with a straightness of Y and ended with the squareness that suffices: `tool_offset` and
 // `squareness:C0Y` were named.
-TEST(Verdict, TwinsBesideASmallerEffectAreAmbiguous) {
+TEST(LongVerdict, TwinsBesideASmallerEffectAreAmbiguous) {
   const auto diagonal = [](const std::string& id, const std::string& n, int x_mm) {
     return "[[run]]\nid = \"" + id + "\"\nminutes = 15\nquantity = \"displacement\"\nn = [[" + n +
            ", 0.57735, 0.57735]]\nu_random = 0.8\nu_common = 0.3\nboth_directions = true\nline = { from = { "
@@ -184,7 +184,7 @@ TEST(Verdict, TwinsBesideASmallerEffectAreAmbiguous) {
 // An overhang that grows with Z is what two squarenesses of Z are where all readings have one length of the
 // tool. `overhang:Z` was named, or it and a tilted spindle or a tool beside its axis: a search that adds one
 // effect at a time does not come to the two.
-TEST(Verdict, TwoSquarenessesAndAnOverhangAreAmbiguousWithOneTool) {
+TEST(LongVerdict, TwoSquarenessesAndAnOverhangAreAmbiguousWithOneTool) {
   const std::string common =
       "quantity = \"displacement\"\nu_random = 0.8\nu_common = 0.3\ntool_z_mm = -300\n";
   const auto ball = [&](const std::string& id, const std::string& place, const std::string& a) {
@@ -213,7 +213,7 @@ TEST(Verdict, TwoSquarenessesAndAnOverhangAreAmbiguousWithOneTool) {
 // An angle interferometer shows 0 where it begins. Its offset, minus the error there, was held by the
 // variance that all groups seem to have beside a model without the error: false effects stood beside the true
 // one.
-TEST(Verdict, AnInstrumentThatWasZeroedMakesNoEffect) {
+TEST(LongVerdict, AnInstrumentThatWasZeroedMakesNoEffect) {
   const std::string angles = "[[run]]\nid = \"zeroed_";
   const auto angle = [&](const std::string& axis, const std::string& to, const std::string& n) {
     return angles + axis +
@@ -277,7 +277,7 @@ TEST(Verdict, WhatIsAmbiguousIsNotSaidToBeDecided) {
 
 // C stands beside its place in every explanation; what X does at one feed is open. C is put into the model,
 // neither of the two others is.
-TEST(Verdict, ImproveAddsWhatAllExplanationsHave) {
+TEST(LongVerdict, ImproveAddsWhatAllExplanationsHave) {
   const std::string truth =
       "[model]\nname = \"truth\"\n[[effect]]\nid = \"location:C\"\n[effect.parameters]\nX0C_um = 60\nY0C_um "
       "= "
@@ -337,7 +337,7 @@ TEST(Verdict, DataProblemWhenTheUncertaintyIsTooSmallOrTooLarge) {
 }
 
 // An effect is named all the same when the uncertainty is wrong, and the paragraph says that it is.
-TEST(Verdict, AWrongUncertaintyHidesNoEffect) {
+TEST(LongVerdict, AWrongUncertaintyHidesNoEffect) {
   for (const char* factor : {"noise_factor = 1.3\n", "noise_factor = 0.5\n"}) {
     BallPlan plan;
     plan.simulation = factor;
@@ -357,7 +357,7 @@ TEST(Data, PartFrameDirections) {
   EXPECT_EQ(d.effects, std::vector<std::string>{"location:C"});
 }
 
-TEST(Data, CommonUncertaintyLeftOpen) {
+TEST(LongData, CommonUncertaintyLeftOpen) {
   // `u_common_known = false` leaves the column empty; the readings share 1.5 um a run all the same.
   Machine machine = test::thermal_machine("trunnion_offset");
   for (const bool effect : {false, true}) {
@@ -372,7 +372,7 @@ TEST(Data, CommonUncertaintyLeftOpen) {
   }
 }
 
-TEST(Data, Outliers) {
+TEST(LongData, Outliers) {
   BallPlan plan;
   plan.simulation = "outlier_fraction = 0.04\n";
   for (int seed = 1; seed <= test::cases(3); ++seed) {

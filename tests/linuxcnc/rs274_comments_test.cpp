@@ -17,7 +17,7 @@ std::string calls(const test::Interpreted& run) {
   return out;
 }
 
-TEST(Rs274Comments, ExecutesNothingThatACommentSays) {
+TEST(LongRs274Comments, ExecutesNothingThatACommentSays) {
   if (!test::has_interpreter()) GTEST_SKIP() << "LinuxCNC's rs274 is not installed";
   const auto c = test::shipped_controller("linuxcnc");
   const auto plain = test::interpret(test::nc_text(c, test::program_with_comments(c, {})));

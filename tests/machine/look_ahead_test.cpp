@@ -338,7 +338,7 @@ Largest sampled(const std::vector<Piece>& pieces, const std::vector<SpeedProfile
   return out;
 }
 
-TEST(LookAhead, RandomPathsKeepEveryLimitAndAreNearlyAsFastAsCanBe) {
+TEST(LongLookAhead, RandomPathsKeepEveryLimitAndAreNearlyAsFastAsCanBe) {
   std::mt19937_64 random(28);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   Largest largest;

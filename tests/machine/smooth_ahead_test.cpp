@@ -518,7 +518,7 @@ std::vector<TestBlock> first_stretch(const std::vector<TestBlock>& blocks, std::
   return out;
 }
 
-TEST(SmoothAhead, RandomPathsKeepEveryLimitAndAreNotMuchSlowerThanTheLeast) {
+TEST(LongSmoothAhead, RandomPathsKeepEveryLimitAndAreNotMuchSlowerThanTheLeast) {
   std::mt19937_64 random(31);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   const int cases = test::cases(60, "TRUNNION_CASES");
@@ -589,7 +589,7 @@ std::vector<BlockRun> settled_in_parts(const Machine& machine, const std::vector
 }
 
 // Blocks are settled one by one with a few behind them.
-TEST(SmoothAhead, SettledEarlyEveryLimitIsKept) {
+TEST(LongSmoothAhead, SettledEarlyEveryLimitIsKept) {
   std::mt19937_64 random(32);
   const int cases = test::cases(18);
   for (int i = 0; i < cases; ++i) {
@@ -640,7 +640,7 @@ std::vector<TestBlock> mostly_steady_path(std::mt19937_64& random, std::size_t c
 }
 
 // What needs no plan and what does keep to the limits together, wherever the one goes over into the other.
-TEST(SmoothAhead, SteadyWaysKeepEveryLimitAndAreAsFastAsAsked) {
+TEST(LongSmoothAhead, SteadyWaysKeepEveryLimitAndAreAsFastAsAsked) {
   std::mt19937_64 random(test::seed(36));
   std::size_t as_asked = 0, all = 0;
   for (int i = 0; i < test::cases(30, "TRUNNION_CASES"); ++i) {

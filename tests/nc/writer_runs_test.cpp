@@ -42,7 +42,7 @@ std::vector<nc::RunBlock> random_blocks(std::mt19937_64& random, std::size_t cou
   return out;
 }
 
-TEST(WriterRuns, AreTheTextOfOneMotionAfterTheOther) {
+TEST(LongWriterRuns, AreTheTextOfOneMotionAfterTheOther) {
   std::mt19937_64 random(91);
   std::size_t together = 0;
   std::size_t alone = 0;

@@ -275,7 +275,7 @@ TEST(ErrorCourse, AtMostKnowsTheKinksOfTables) {
 }
 
 // The certificate between shifted stations plus the bend holds on the machine with errors.
-TEST(ErrorCourse, CertificateHoldsOnTheMachineWithErrors) {
+TEST(LongErrorCourse, CertificateHoldsOnTheMachineWithErrors) {
   for (const std::string& name : test::effect_machines()) {
     const Machine machine = test::effect_machine(name);
     const Certifier certifier(TableKinematics(machine, machine.tool_vector()));

@@ -176,7 +176,7 @@ std::vector<NonlinearOptions> settling_options() {
   return out;
 }
 
-TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
+TEST(LongEvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
   for (const lanes::Way way : test::kEveryWay) {
     const test::Calculating lanes(way);
     std::mt19937_64 random(20261122);
@@ -189,7 +189,7 @@ TEST(EvenRun, SettlesSegmentsAsOneAtATimeIsDecided) {
   }
 }
 
-TEST(EvenRun, SettlesSegmentsWithAFluteAsOneAtATimeIsDecided) {
+TEST(LongEvenRun, SettlesSegmentsWithAFluteAsOneAtATimeIsDecided) {
   for (const lanes::Way way : test::kEveryWay) {
     const test::Calculating lanes(way);
     std::mt19937_64 random(20261123);

@@ -179,7 +179,9 @@ TEST_P(FluteOf, NoSampleLiesAboveTheBound) {
   }
 }
 
-TEST_P(FluteOf, BoundIsWithinFivePercentOfTheTruth) {
+using LongFluteOf = FluteOf;
+
+TEST_P(LongFluteOf, BoundIsWithinFivePercentOfTheTruth) {
   RandomSegments random(test::shipped_machine(GetParam()), test::seed(7));
   const FluteCertifier certifier(random.kinematics());
   double worst = 0.0;
@@ -292,6 +294,7 @@ TEST_P(FluteOf, DecisionsAgreeWithBounds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Machines, FluteOf, testing::ValuesIn(test::shipped_machines()));
+INSTANTIATE_TEST_SUITE_P(LongMachines, LongFluteOf, testing::ValuesIn(test::shipped_machines()));
 
 }  // namespace
 }  // namespace trunnion::path

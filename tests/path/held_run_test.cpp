@@ -273,7 +273,7 @@ std::vector<ChosenPoint> on_limits(double least, double most, const std::vector<
 }
 
 // Limits many turns away are left out of the choice at first.
-TEST(HeldRun, FarLimitsBindWhereThePathComesToThemOnly) {
+TEST(LongHeldRun, FarLimitsBindWhereThePathComesToThemOnly) {
   const auto reconfigures = [](const std::vector<ChosenPoint>& chosen) {
     return std::count_if(chosen.begin(), chosen.end(), [](const ChosenPoint& p) { return p.reconfigure; });
   };

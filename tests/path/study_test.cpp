@@ -122,7 +122,7 @@ std::vector<StudyRun> short_steps_far_out(const Machine& machine, std::uint64_t 
   return runs;
 }
 
-TEST(Study, AFluteThatLeadsAlongThePathNeedsNoMoreThanTheLaw) {
+TEST(LongStudy, AFluteThatLeadsAlongThePathNeedsNoMoreThanTheLaw) {
   for (const char* name : {"trunnion_offset", "xyzac_trt", "xyzbc_trt_sample"}) {
     SCOPED_TRACE(name);
     const Machine machine = test::shipped_machine(name);

@@ -117,7 +117,7 @@ Count change_words(path::Method method, double share, unsigned seed, int tries) 
   return count;
 }
 
-TEST(ChangedWord, IsFoundWhereItLeavesTheToleranceAndOnlyThere) {
+TEST(LongChangedWord, IsFoundWhereItLeavesTheToleranceAndOnlyThere) {
   const int tries = test::cases(40);
   int beyond = 0;
   int within = 0;

@@ -468,7 +468,7 @@ void edit_everything(const std::string& name, const std::string& control, const 
   }
 }
 
-TEST(EditedProgram, IsFoundInTheWordsOfEveryControl) {
+TEST(LongEditedProgram, IsFoundInTheWordsOfEveryControl) {
   Counts counts;
   for (const std::string& control : test::shipped_controllers()) {
     const nc::Controller c = test::shipped_controller(control);

@@ -287,7 +287,7 @@ TEST(EveryMachine, RandomOptionsOnAxesThatAccelerateMakeProgramsThatVerify) {
 
 // Words of a micrometre and a thousandth of a degree, the tip 200 mm away from A: a digit of A is more at the
 // tip, 3.5 micrometres, than what machines lose.
-TEST(EveryMachine, CoarseWordsTakeUpLostMotion) {
+TEST(LongEveryMachine, CoarseWordsTakeUpLostMotion) {
   std::mt19937_64 random(97);
   std::size_t programs = 0;
   std::size_t refused = 0;
@@ -310,7 +310,7 @@ TEST(EveryMachine, CoarseWordsTakeUpLostMotion) {
 }
 
 // The bytes do not hang on what the processor can.
-TEST(EveryMachine, FourLanesWriteWhatTwoWrite) {
+TEST(LongEveryMachine, FourLanesWriteWhatTwoWrite) {
   std::mt19937_64 random(73);
   std::size_t written = 0;
   for (const std::string& name : test::shipped_machines()) {

@@ -147,7 +147,7 @@ struct EdgeFigures {
 
 // Round leading edges on four machines, words of four decimals in degrees: what is posted for a flute holds
 // for it, and for its tip, judged by the tests' own chain; without a flute it does not.
-TEST(Flute, ProgramsHoldTheirFlute) {
+TEST(LongFlute, ProgramsHoldTheirFlute) {
   const int seeds = test::cases(5, "TRUNNION_CASES");
   double beyond_mm = 0.0;
   for (const std::string& name : test::shipped_machines()) {
@@ -497,7 +497,7 @@ test::FiveWords with_tip(test::FiveWords w, Vec3 tip, const test::OwnChain& chai
 
 // One word of the outer rotary axis wrong by 0.02 deg, alone or with words that leave the tip where it was:
 // 17 micrometres at the end of the flute, of which a point on the other side of the path may take 5.
-TEST(Flute, AChangedRotaryWordIsFoundEveryTime) {
+TEST(LongFlute, AChangedRotaryWordIsFoundEveryTime) {
   std::mt19937_64 random(77);
   int changed = 0;
   int found = 0;

@@ -150,7 +150,7 @@ std::string spoiled(const std::string& nc, std::mt19937_64& random) {
   }
 }
 
-TEST(FoldBack, RightProgramsPassAndWrongWordsAreFoundOnEveryControl) {
+TEST(LongFoldBack, RightProgramsPassAndWrongWordsAreFoundOnEveryControl) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   const int seeds = test::cases(4, "TRUNNION_CASES");
   int right = 0;

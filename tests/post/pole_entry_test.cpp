@@ -46,7 +46,7 @@ std::string into_the_pole(std::mt19937_64& random) {
   return cl;
 }
 
-TEST(PoleEntry, CutsIntoTheExactPoleArePostedOnEveryKindOfTable) {
+TEST(LongPoleEntry, CutsIntoTheExactPoleArePostedOnEveryKindOfTable) {
   const int files = test::cases(60, "TRUNNION_CASES");
   struct Kind {
     const char* name;

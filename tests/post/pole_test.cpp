@@ -88,7 +88,7 @@ std::string about_the_pole(std::mt19937_64& random) {
 }
 
 // C may leave its place by more than a quarter turn where the choice put it to the side of its window.
-TEST(Pole, NoToolAxisIsTiltedByMoreWhereverTheCutGoes) {
+TEST(LongPole, NoToolAxisIsTiltedByMoreWhereverTheCutGoes) {
   std::mt19937_64 random(95);
   std::size_t programs = 0;
   std::size_t tilted = 0;

@@ -177,7 +177,7 @@ void walk(const Machine& machine, const std::string& control, std::mt19937_64& r
   for (const auto& name : moved) EXPECT_NEAR(at[name], start[name], 1e-9) << name;
 }
 
-TEST(Proving, MovesALittleFromWhereTheOperatorStandsOnEveryControl) {
+TEST(LongProving, MovesALittleFromWhereTheOperatorStandsOnEveryControl) {
   std::mt19937_64 random(20);
   for (const Machine& machine : machines()) {
     for (const std::string& control : test::shipped_controllers()) {

@@ -77,7 +77,9 @@ void expect_same_figures(const std::string& nc, const std::string& cl, const Mac
 
 class QuietBlocks : public testing::TestWithParam<std::string> {};
 
-TEST_P(QuietBlocks, ChangeNoFigure) {
+using LongQuietBlocks = QuietBlocks;
+
+TEST_P(LongQuietBlocks, ChangeNoFigure) {
   const Machine machine = test::shipped_machine(GetParam());
   const Model model = standing_errors(machine);
   const ModelEvaluator truth(model);
@@ -309,6 +311,8 @@ TEST(QuietBlock, CountsThePointsThatItPasses) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Machines, QuietBlocks, testing::Values("trunnion_offset", "paper", "xyzac_trt"));
+INSTANTIATE_TEST_SUITE_P(LongMachines, LongQuietBlocks,
+                         testing::Values("trunnion_offset", "paper", "xyzac_trt"));
 
 }  // namespace
 }  // namespace trunnion::post

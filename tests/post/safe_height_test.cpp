@@ -164,7 +164,7 @@ class Walker {
   std::vector<std::string> found_;
 };
 
-TEST(AroundTheCut, IsSafeOnEveryControlAndKindOfMachine) {
+TEST(LongAroundTheCut, IsSafeOnEveryControlAndKindOfMachine) {
   std::mt19937_64 random(20);
   std::size_t programs = 0;
   for (const auto& kind : test::kShopMachines) {
@@ -292,7 +292,7 @@ TEST(LongAroundTheCut, StopsBetweenPointsThatAreNear) {
 }
 
 // From a stop at the end of a rapid the tool comes back there, repeated or not, before the next one turns it.
-TEST(AroundTheCut, StopsBetweenRapids) {
+TEST(LongAroundTheCut, StopsBetweenRapids) {
   const auto cl = [](const std::string& between, const std::string& last) {
     return "LOADTL/1\nSPINDL/5000,RPM,CLW\nFEDRAT/800.,MMPM\nGOTO/"
            "12.2756,5.3665,20.0107,-0.271084140,0.105849596,"

@@ -90,7 +90,7 @@ RandomRun random_run(std::mt19937_64& random) {
   return out;
 }
 
-TEST(ServoLead, LateAxesAreBroughtToTheirPath) {
+TEST(LongServoLead, LateAxesAreBroughtToTheirPath) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   std::mt19937_64 random(28);
   std::uniform_real_distribution<double> u(0.0, 1.0);

@@ -184,7 +184,7 @@ const std::vector<ShapeKind> kShapeKinds = {{"drill", "DRILL", nc::Hole::Kind::d
                                             {"chip_break", "BRKCHP,STEP,2.5", nc::Hole::Kind::chip_break},
                                             {"feed_out", "REAM", nc::Hole::Kind::feed_out}};
 
-TEST(Shapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
+TEST(LongShapes, RandomOnesAtRandomTiltsOnEveryMachineReadBackAsTheyWereMeant) {
   unsigned seed = 1;
   for (const std::string& name : test::shipped_machines()) {
     const Machine machine = test::shipped_machine(name);
@@ -278,7 +278,7 @@ TEST(Shapes, AxesMayBeTooSlowForTheFeed) {
 
 // Points of inches to four decimals: the tops of holes in a tilted face differ by a micrometre, and so do the
 // heights to which a cycle clears them.
-TEST(Shapes, HolesOfATiltedFaceMayBeAMicrometreApart) {
+TEST(LongShapes, HolesOfATiltedFaceMayBeAMicrometreApart) {
   std::mt19937_64 random(20261129);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   for (int i = 0; i < test::cases(200); ++i) {
@@ -329,7 +329,7 @@ TEST(Shapes, OneStepIsADrilledHole) {
 }
 
 // A control counts the steps from the clearance: little may be left to the last one.
-TEST(Shapes, TheLastStepMayBeLessThanTheTolerance) {
+TEST(LongShapes, TheLastStepMayBeLessThanTheTolerance) {
   const Machine machine = test::shipped_machine("trunnion_offset");
   for (const std::string control :
        {"linuxcnc", "haas_ngc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640"}) {

@@ -159,7 +159,7 @@ int machines(int usual) {
   return asked != nullptr ? std::atoi(asked) : usual;
 }
 
-TEST(Calibration, RecoversHiddenMachinesWithinItsSigmas) {
+TEST(LongCalibration, RecoversHiddenMachinesWithinItsSigmas) {
   for (const double small : {0.0, 1.0}) {
     const Tally tally = simulate(machines(12), small, 12);
     EXPECT_GT(tally.within_95, 0.88 * tally.numbers);

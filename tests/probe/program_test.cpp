@@ -36,7 +36,7 @@ TEST(ProbeProgram, IsReadBackWithoutAFault) {
 }
 
 // On a machine whose axes are elsewhere the ball is met by touches only, and by all of them.
-TEST(ProbeProgram, TouchesABallThatLiesElsewhereAndNeverRunsIntoIt) {
+TEST(LongProbeProgram, TouchesABallThatLiesElsewhereAndNeverRunsIntoIt) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> off(-1.0, 1.0);
   const Given given("trunnion_offset");
@@ -165,7 +165,7 @@ TEST(ProbeProgram, ReachesEachPoseFromBothSenses) {
 
 // An arm of any direction that holds the ball: nothing but the ball is touched, wherever within its
 // uncertainty it is.
-TEST(ProbeProgram, KeepsTheStylusOffTheArmThatHoldsTheBall) {
+TEST(LongProbeProgram, KeepsTheStylusOffTheArmThatHoldsTheBall) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> off(-1.0, 1.0);
   const Given given("trunnion_offset");
@@ -282,7 +282,7 @@ TEST(ProbeProgram, ComesDownByFeedWhereAnAxisOfTheWrongSenseWouldPutTheBall) {
   }
 }
 
-TEST(ProbeProgram, KeepsTheProbesBodyOffTheTable) {
+TEST(LongProbeProgram, KeepsTheProbesBodyOffTheTable) {
   Given given("trunnion_offset");
   given.machine.safe.table = TableExtent{200.0, 5.0};
   auto options = given.options();

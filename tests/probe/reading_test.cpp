@@ -281,7 +281,7 @@ Spoiled spoil(const Campaign& campaign, int way, std::mt19937_64& random) {
   }
 }
 
-TEST(ProbeReading, RefusesEverySpoiledLogAndNamesThePose) {
+TEST(LongProbeReading, RefusesEverySpoiledLogAndNamesThePose) {
   const char* asked = std::getenv("TRUNNION_SPOILED_LOGS");
   const int count = asked != nullptr ? std::atoi(asked) : 600;
   std::mt19937_64 random(20);

@@ -29,7 +29,7 @@ HeldOutRuns known_runs(std::size_t count, unsigned seed, double spread) {
   return out;
 }
 
-TEST(ThermalSigma, FindsVariancesThatAreKnown) {
+TEST(LongThermalSigma, FindsVariancesThatAreKnown) {
   const SigmaModel model = fit_sigma(known_runs(40, 1, 0.0));
   EXPECT_NEAR(model.floor_mm, 1e-3, 1e-4);
   EXPECT_NEAR(model.growth_mm_per_sqrt_s, std::sqrt(2e-9), 0.15 * std::sqrt(2e-9));

@@ -16,7 +16,7 @@ std::size_t place(const Log& log, const std::string& sensor) {
 }
 
 // A model of four days, and four other days with the plugs as they belong and with two of them exchanged.
-TEST(Swapped, NamesThePairAndNothingWhereThereIsNone) {
+TEST(LongSwapped, NamesThePairAndNothingWhereThereIsNone) {
   ImpellerDays days;
   days.impellers = 4;
   days.step_s = 10.0;

@@ -33,7 +33,7 @@ std::string all_of(const std::vector<std::string>& lines) {
   return out;
 }
 
-TEST(ThermalValidation, NamesTheDayThatTheOthersDoNotExplain) {
+TEST(LongThermalValidation, NamesTheDayThatTheOthersDoNotExplain) {
   const ChannelReport wrong = report_with_a_wrong_day(100, 0.001);  // mm for um
   const std::string told = all_of(wrong.warnings);
   EXPECT_NE(told.find("run '" + wrong.runs[3] + "': 0 % of its readings"), std::string::npos) << told;
@@ -42,7 +42,7 @@ TEST(ThermalValidation, NamesTheDayThatTheOthersDoNotExplain) {
 }
 
 // A day of the other sign spoils every method; what is chosen is no worse than holding the last measurement.
-TEST(ThermalValidation, TakesNoMethodThatDoesNotHelp) {
+TEST(LongThermalValidation, TakesNoMethodThatDoesNotHelp) {
   const ChannelReport wrong = report_with_a_wrong_day(1, -1.0);
   EXPECT_EQ(wrong.chosen, "hold_last");
   EXPECT_FALSE(wrong.nested);

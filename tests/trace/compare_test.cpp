@@ -339,7 +339,7 @@ TEST(Compare, TheDelayOfAllAxesIsTakenOut) {
 
 // Short delays beside the scatter: positions and velocities scatter, the latter times the delay, which must
 // speak neither for short ones nor for long ones. Before, 1.25 were found for 1.44 ms.
-TEST(Compare, ShortDelaysOfAllAxesAreFoundBesideScatter) {
+TEST(LongCompare, ShortDelaysOfAllAxesAreFoundBesideScatter) {
   for (const double late_ms : {1.2, 1.44, 2.5, 6.0}) {
     double off = 0.0;
     constexpr int kTimes = 4;
@@ -513,7 +513,7 @@ TEST(Compare, RowsBehindAReversalAreKept) {
 }
 
 // Readings of the same rows scatter together: an effect of the place where they are would be seen in them.
-TEST(Compare, NoTwoReadingsAreOfTheSameRow) {
+TEST(LongCompare, NoTwoReadingsAreOfTheSameRow) {
   Given given({{0, 0, 0}, {60, 20, 0}, {120, 0, 0}, {180, 20, 0}});
   given.run(0.001, 17.0);
   const auto samples = follow(given.trace, given.machine, given.plan);
