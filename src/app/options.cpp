@@ -140,7 +140,7 @@ void ClCliOptions::add_to(CLI::App& c) {
                "system to MSYS (apply), use them as written (ignore)")
       ->check(CLI::IsMember({"auto", "apply", "ignore"}))
       ->capture_default_str();
-  c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore");
+  c.add_flag("--ignore-msys", ignore_msys, "the same as --msys ignore")->excludes("--msys");
   c.add_option(
        "--cl-units", units,
        "unit of length of a CL file without UNITS (default: mm; a file with feeds in inches is refused)")
@@ -211,6 +211,7 @@ cl::ReaderOptions ClCliOptions::resolve() const {
   cl::ReaderOptions out;
   if (msys == "apply") out.frames = cl::ReaderOptions::Frames::apply;
   if (msys == "ignore" || ignore_msys) out.frames = cl::ReaderOptions::Frames::ignore;
+  out.units_are_asked_for = !units.empty();
   if (!units.empty())
     out.units = units == "inch" ? cl::ReaderOptions::Units::inch : cl::ReaderOptions::Units::mm;
   if (cutter_compensation == "tool-center") {

@@ -517,6 +517,11 @@ void Context::finish(std::size_t lines, std::string_view last_number) {
       error(end, "the file ends" + without + " in a line without an end, and its last number, " +
                      std::string(last_number) +
                      ", has fewer decimals than others: it is cut off, or end the line");
+    } else if (const bool bare = modal.said.tool == 0 && modal.said.rpm == 0.0;
+               !last_number.empty() && !bare) {
+      // Files of points alone end as they like; one with a tool ends with FINI.
+      warning(end, "the file ends" + without + " in a line without an end: is its last number, " +
+                       std::string(last_number) + ", whole?");
     } else if (!without.empty()) {
       warning(end, "the file ends" + without + ": is it whole?");
     }

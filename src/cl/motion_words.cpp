@@ -134,7 +134,9 @@ void read_multax(Context& context, const Statement& statement) {
       (statement.has_fields() && statement.fields[0].text != "ON" && statement.fields[0].text != "OFF" &&
        !statement.fields[0].text.empty())) {
     context.error(statement.where,
-                  "MULTAX/" + std::string(statement.fields[0].text) + ": ON or OFF is needed");
+                  statement.fields.size() > 1
+                      ? "MULTAX: a second value, " + std::string(statement.fields[1].text.substr(0, 40))
+                      : "MULTAX/" + std::string(statement.fields[0].text) + ": ON or OFF is needed");
   } else if (statement.has_fields() && statement.fields[0].text == "OFF") {
     take_multax_off(context);
   } else {
@@ -153,6 +155,10 @@ void read_tlaxis(Context& context, const Statement& statement) {
 }
 
 void read_units(Context& context, const Statement& statement) {
+  if (statement.fields.size() > 1)
+    return context.error(statement.fields[1].where, std::string(statement.word) + ": a second value, " +
+                                                        std::string(statement.fields[1].text.substr(0, 40)) +
+                                                        "; MM or INCHES is needed");
   const std::string_view unit = statement.fields.size() == 1 ? statement.fields[0].text : std::string_view{};
   double factor = 0.0;
   if (unit == "MM") {
@@ -174,6 +180,12 @@ void read_units(Context& context, const Statement& statement) {
   if (modal.has_position && factor != modal.mm_per_unit) {
     context.warning(statement.where, "the unit changes after the first position");
   }
+  const auto& given = context.options().units;
+  if (given && context.options().units_are_asked_for &&
+      (*given == ReaderOptions::Units::inch) != (factor == kMmPerInch))
+    context.warning_once("--cl-units", statement.where,
+                         std::string(statement.word) + "/" + std::string(unit) +
+                             " holds: --cl-units, which says the other one, is for files without this word");
   modal.units.word = true;
   modal.mm_per_unit = factor;
 }

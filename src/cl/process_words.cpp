@@ -162,7 +162,6 @@ enum class SpindleWord : std::uint8_t { on, clockwise, counterclockwise, off };
 
 std::optional<SpindleWord> spindle_word(std::string_view text) {
   static constexpr std::pair<std::string_view, SpindleWord> kWords[] = {
-      {"RPM", SpindleWord::on},
       {"CLW", SpindleWord::clockwise},
       {"CW", SpindleWord::clockwise},
       {"CCLW", SpindleWord::counterclockwise},
@@ -204,8 +203,13 @@ void read_spindl(Context& context, const Statement& statement) {
   double surface_factor = 0.0;
   std::optional<double> value;
   std::optional<bool> counterclockwise;
+  std::string_view unit;
+  bool is_on = false;
   const Field* unknown = nullptr;
   bool says = statement.fields.empty();
+  const auto second = [&](const Field& field) {
+    context.error(field.where, "SPINDL: " + std::string(field.text) + " contradicts what stands before it");
+  };
   for (std::size_t i = 0; i < statement.fields.size(); ++i) {
     const Field& field = statement.fields[i];
     const std::string_view text = field.text;
@@ -222,23 +226,30 @@ void read_spindl(Context& context, const Statement& statement) {
     } else if (text == "MAXRPM" || text == "LIMIT") {
       spindle.max_rpm = context.positive(statement, ++i);
       if (!spindle.max_rpm) return;
-    } else if (text == "SFM") {
-      surface_factor = kMmPerFoot / kSecondsPerMinute;
-    } else if (text == "SMM") {
-      surface_factor = 1000.0 / kSecondsPerMinute;  // m/min
+    } else if (text == "SFM" || text == "SMM" || text == "RPM") {
+      if (!unit.empty() && unit != text) return second(field);
+      unit = text;
+      if (text == "SFM") surface_factor = kMmPerFoot / kSecondsPerMinute;
+      if (text == "SMM") surface_factor = 1000.0 / kSecondsPerMinute;  // m/min
     } else if (text == "ORIENT") {
       spindle.state = Spindle::State::orient;
     } else if (const auto word = spindle_word(text)) {
-      if (*word == SpindleWord::off) spindle.state = Spindle::State::off;
-      if (*word == SpindleWord::clockwise) counterclockwise = false;
-      if (*word == SpindleWord::counterclockwise) counterclockwise = true;
+      const bool stands = *word == SpindleWord::off;
+      const bool left = *word == SpindleWord::counterclockwise;
+      if (stands ? is_on : spindle.state == Spindle::State::off) return second(field);
+      if (!stands && *word != SpindleWord::on && counterclockwise.value_or(left) != left)
+        return second(field);
+      if (stands) spindle.state = Spindle::State::off;
+      if (!stands) is_on = true;
+      if (!stands && *word != SpindleWord::on) counterclockwise = left;
     } else {
       // A number behind it is its own (RANGE,2).
-      if (i + 1 < statement.fields.size() && starts_number(statement.fields[i + 1].text)) ++i;
+      const bool has_number = i + 1 < statement.fields.size() && starts_number(statement.fields[i + 1].text);
+      if (has_number) ++i;
       if (unknown == nullptr) unknown = &field;
       context.warning_once("SPINDL/" + std::string(text), field.where,
-                           "SPINDL: " + std::string(text.substr(0, 40)) +
-                               " is not known and was skipped, with a number behind it");
+                           "SPINDL: " + std::string(text.substr(0, 40)) + " is not known and was skipped" +
+                               (has_number ? ", with a number behind it" : ""));
       continue;
     }
     says = true;

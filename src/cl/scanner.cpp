@@ -29,6 +29,10 @@ bool number_character(char c) {
   return (c >= '0' && c <= '9') || c == '.';
 }
 
+bool is_word_character(char c) {
+  return (c >= '0' && c <= '9') || (upper(c) >= 'A' && upper(c) <= 'Z') || c == '_' || c == '-';
+}
+
 std::uint32_t column_of(std::size_t index) {
   return static_cast<std::uint32_t>(index + 1);
 }
@@ -54,6 +58,22 @@ bool begins_goto(std::string_view line) {
   }
   while (i < line.size() && is_blank(line[i])) ++i;
   return i < line.size() && line[i] == '/';
+}
+
+/// Words that are a whole statement.
+constexpr std::array<std::string_view, 6> kBareWords = {"RAPID", "GOHOME", "FINI",
+                                                        "STOP",  "OPSTOP", "REWIND"};
+
+/// The line begins a statement of its own, behind a `$` that is one too many: no value is a word with a
+/// slash, and where no comma says that more comes, none is one of the bare words either.
+bool begins_statement(std::string_view line, bool more_comes) {
+  std::string word;
+  std::size_t i = std::min(line.find_first_not_of(" \t"), line.size());
+  for (; i < line.size() && (is_word_character(line[i]) || is_blank(line[i])); ++i)
+    if (!is_blank(line[i])) word.push_back(upper(line[i]));
+  if (word.empty() || number_character(word.front())) return false;
+  if (i < line.size()) return line[i] == '/';
+  return !more_comes && std::find(kBareWords.begin(), kBareWords.end(), word) != kBareWords.end();
 }
 
 }  // namespace
@@ -237,11 +257,13 @@ bool Scanner::assemble(std::string_view line, std::size_t begin, Statement& stat
       if (!stopped_) findings_.error(place, "the file ends after a continuation ($)");
       return false;
     }
-    if (begins_goto(line)) {
+    const bool more_comes = compacted_.text.ends_with(',') || compacted_.text.ends_with('/');
+    if (begins_goto(line) || begins_statement(line, more_comes)) {
       unread_line(line);
-      if (!compacted_.text.empty() && compacted_.text.back() == ',') compacted_.text.pop_back();
-      findings_.warning(
-          place, "continued by $, but the next line is a new GOTO: the statement is taken as it stands");
+      if (compacted_.text.ends_with(',')) compacted_.text.pop_back();
+      findings_.warning(place, "continued by $, but the next line is a new " +
+                                   std::string(begins_goto(line) ? "GOTO" : "statement") +
+                                   ": the statement is taken as it stands");
       break;
     }
     const std::size_t first = line.find_first_not_of(" \t");

@@ -15,6 +15,20 @@ bool is_register_word(std::string_view text) {
   return text == "ADJUST" || text == "OSETNO";
 }
 
+constexpr double kLongestTool_mm = 10000.0;  // that of a tool file
+
+/// Measures of a cutter that none has, 0 for one that is not given.
+bool is_a_cutter(Context& context, const Statement& statement, const std::optional<double>& diameter_mm,
+                 const std::optional<double>& radius_mm) {
+  const bool good = diameter_mm.value_or(0.0) >= 0.0 && diameter_mm.value_or(0.0) <= kLongestTool_mm &&
+                    radius_mm.value_or(0.0) >= 0.0 && radius_mm.value_or(0.0) <= kLongestTool_mm;
+  if (!good)
+    context.error(statement.where, std::string(statement.word) + ": a diameter of " +
+                                       short_text(diameter_mm.value_or(0.0)) + " mm and a corner radius of " +
+                                       short_text(radius_mm.value_or(0.0)) + " mm are those of no cutter");
+  return good;
+}
+
 /// The fields from `first` on are numbers.
 bool is_plain(const Statement& statement, std::size_t first) {
   for (std::size_t i = first; i < statement.fields.size(); ++i) {
@@ -44,12 +58,22 @@ void read_tool_number(Context& context, const Statement& statement, std::size_t 
     return context.emit(statement.where, change);
   }
   for (std::size_t i = first + 1; i < statement.fields.size(); ++i) {
-    if (statement.fields[i].text == "LENGTH") {
+    const bool is_length = statement.fields[i].text == "LENGTH";
+    const bool is_register = is_register_word(statement.fields[i].text);
+    if ((is_length && change.gauge_length_mm) || (is_register && change.length_register))
+      return context.error(statement.fields[i].where,
+                           std::string(statement.word) + ": a second " +
+                               (is_length ? "LENGTH" : "length register (ADJUST, OSETNO)"));
+    if (is_length) {
       const auto length = context.positive(statement, ++i);
       if (!length) return;
+      if (*length * context.modal.mm_per_unit > kLongestTool_mm)
+        return context.error(statement.fields[i].where, "LENGTH: a tool of " + short_text(*length) +
+                                                            " is longer than " +
+                                                            shortest_text(kLongestTool_mm) + " mm");
       context.use_unit(statement.where);
       change.gauge_length_mm = *length * context.modal.mm_per_unit;
-    } else if (is_register_word(statement.fields[i].text)) {
+    } else if (is_register) {
       change.length_register = context.whole(statement, ++i);
       if (!change.length_register) return;
     } else if (const std::string_view text = statement.fields[i].text; parse_number(text)) {
@@ -114,6 +138,7 @@ void read_cutter(Context& context, const Statement& statement) {
                          "CUTTER: a height of " + shortest_text(*height) +
                              " mm; the seventh number is how far the cutter cuts up from its tip");
   }
+  if (!is_a_cutter(context, statement, value[0], value[1])) return;
   // A lathe's cutter is its nose alone.
   if (statement.fields.size() > 1) context.modal.origin.mill = true;
   context.emit(statement.where, ToolGeometry{value[0], value[1], value[6], height});
@@ -135,7 +160,7 @@ void read_tldata(Context& context, const Statement& statement) {
     ++first;
   bool good = false;
   const auto value = lengths(context, statement, first, good);
-  if (!good) return;
+  if (!good || !is_a_cutter(context, statement, value[0], kind == "MILL" ? value[1] : std::nullopt)) return;
   if (kind == "MILL") {
     context.emit(statement.where, ToolGeometry{value[0], value[1], value[2]});
   } else {

@@ -69,6 +69,21 @@ std::string_view behind_block_number(std::string_view word) {
   return it == refused.end() ? std::string_view{} : *it;
 }
 
+/// "G0X5Y5", as a block of an NC program.
+bool looks_like_nc(const Statement& statement) {
+  static constexpr std::string_view kNumber = "0123456789.+-";
+  const std::string_view all = statement.word;
+  if (statement.has_fields() || all.size() < 2 ||
+      std::string_view("GXYZ").find(all.front()) == std::string_view::npos)
+    return false;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool letter = all[i] >= 'A' && all[i] <= 'Z';
+    if (!letter && kNumber.find(all[i]) == std::string_view::npos) return false;
+    if (letter && (i + 1 == all.size() || kNumber.find(all[i + 1]) == std::string_view::npos)) return false;
+  }
+  return true;
+}
+
 /// Three or six numbers and nothing else: a point, or a point and a tool axis.
 bool looks_like_a_point(const Statement& statement) {
   const std::size_t count = statement.fields.size();
@@ -114,7 +129,13 @@ void judge_unknown(Context& context, const Statement& statement) {
   // A misspelt motion must not get lost with a warning.
   const auto near = neighbour_of(statement.word);
   const std::string meant = near ? "; did you mean " + std::string(near->word) + "?" : std::string();
-  if (word.starts_with("GO")) {
+  const bool has_matrix = std::any_of(statement.fields.begin(), statement.fields.end(),
+                                      [](const Field& field) { return field.text == "MATRIX"; });
+  if (looks_like_nc(statement)) {
+    context.error(statement.where, word + ": a block of an NC program; in a CL file it stands behind INSERT");
+  } else if (has_matrix) {
+    context.error(statement.where, word + "/MATRIX: a frame that is not understood");
+  } else if (word.starts_with("GO")) {
     context.error(statement.where, word + ": no motion word of this name" + meant);
   } else if (looks_like_a_point(statement)) {
     context.error(statement.where, word + " is not known, and its " +

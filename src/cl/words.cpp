@@ -19,7 +19,8 @@ constexpr std::string_view kRefused[] = {
     "TRACUT", "TRANS", "ORIGIN", "ROTHED", "COPY", "MIRROR", "INDEX", "REFSYS", "LCS", "MATRIX", "SETANG",
     "POSTN",
     // programs that call themselves
-    "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD"};
+    "DEFSUB", "ENDSUB", "CALL", "MACRO", "LOOPST", "LOOPND", "JUMPTO", "INCLUD", "LOOP", "ENDLOOP", "REPEAT",
+    "IF", "INCR", "TRANSFORM"};
 
 constexpr std::string_view kSilent[] = {
     // display
@@ -28,6 +29,14 @@ constexpr std::string_view kSilent[] = {
     // what the CAM system worked with: it is in the points already
     "MACHIN", "MCHTOL", "INTOL", "OUTTOL", "TOLER", "THICK", "AUTOPS", "PSIS", "CUT", "DNTCUT", "NOPOST",
     "TMARK", "MACHINE", "PRINT", "SEQNO", "PLABEL", "END"};
+
+// Text that names what follows; in that of others somebody may write of a GOTO.
+constexpr std::string_view kNames[] = {"TOOLPATH", "HEADER", "CSI_TOOL_PATH"};
+constexpr const char* kLost =
+    ": a second statement in the line, which would be lost; is the end of a line missing?";
+
+// How the tool stands to the curve, before the motion itself (TLON,GOFWD/...).
+constexpr std::string_view kBeforeMotion[] = {"TLON", "TLLFT", "TLRGT", "TLONPS", "TLOFPS"};
 
 // Between the center of an arc and its end they would change what one of the two means.
 constexpr std::string_view kBreakArcs[] = {"MCS",  "MSYS",   "TLAXIS", "MULTAX", "UNITS",  "UNIT",
@@ -73,6 +82,34 @@ bool moves(std::string_view word) {
   return false;
 }
 
+bool is_letter(char c) {
+  return c >= 'A' && c <= 'Z';
+}
+
+/// The word of a second statement in the value: "211GOTO/40", "GOTO/40", "10RAPID"; empty: there is none.
+/// What stands in parentheses is of the APT language.
+std::string_view second_statement(std::string_view value) {
+  const auto stands = [](std::string_view word) {
+    return readings().find(word) != readings().end() || is_in(kRefused, word);
+  };
+  if (const auto quote = value.rfind('\''); quote != std::string_view::npos) value.remove_prefix(quote + 1);
+  const auto slash = value.find('/');
+  std::size_t begin = std::min(slash, value.size());
+  while (begin > 0 && is_letter(value[begin - 1])) --begin;
+  const std::string_view word = value.substr(begin, std::min(slash, value.size()) - begin);
+  const bool in_parentheses = begin > 0 && value[begin - 1] == '(';
+  if (word.empty() || in_parentheses) return {};
+  if (slash != std::string_view::npos) {
+    // A word that runs into it (DISPLY/ONGOTO/15): the longest one that is known.
+    for (std::size_t i = 0; i < word.size(); ++i)
+      if (stands(word.substr(i))) return word.substr(i);
+    return {};
+  }
+  constexpr std::string_view kBare[] = {"RAPID", "GOHOME", "FINI", "STOP", "OPSTOP"};
+  const bool behind_number = begin > 0 && value.find_first_not_of("0123456789.+-") == begin;
+  return behind_number && is_in(kBare, word) ? word : std::string_view{};
+}
+
 }  // namespace
 
 std::span<const std::string_view> refused_words() {
@@ -101,6 +138,16 @@ void read_statement(Context& context, const Statement& statement) {
                                        " and the end (GOTO) of its arc");
     context.modal.pending_arc.reset();
     return;
+  }
+  const bool names = statement.kind == Statement::Kind::text && is_in(kNames, statement.word);
+  if (names && statement.text.find("GOTO/") != std::string_view::npos)
+    return context.error(statement.where, "GOTO in the text of " + std::string(statement.word) + kLost);
+  for (const Field& field : statement.fields) {
+    if (statement.kind != Statement::Kind::command || is_in(kBeforeMotion, statement.word)) break;
+    const std::string_view second = second_statement(field.text);
+    if (second.empty()) continue;
+    return context.error(field.where,
+                         std::string(second) + " in the values of " + std::string(statement.word) + kLost);
   }
   if (!context.modal.synonyms.empty()) {
     const auto found = context.modal.synonyms.find(statement.word);

@@ -65,6 +65,44 @@ TEST(Reader, ABlankInsideANumberIsReadOverWithAWarning) {
   EXPECT_EQ(tip(reading, 0), Vec3(-24.5855, -115.0, 100.0));
 }
 
+// MACHIN/UNCX01,1 $ / UNITS/INCHES: a part in inches was read in mm, without a word.
+TEST(Reader, NoStatementIsSwallowedByTheOneBefore) {
+  const std::string points = "GOTO/1,2,3\nGOTO/4,5,6\n";
+  for (const char* next :
+       {"UNITS/INCHES", "RAPID", "GODLTA/0,0,7", "  Loadtl /5", "FEDRAT/100,MMPM", "GOHOME"}) {
+    const auto reading = read("GOTO/0,0,9\nTMARK/5 $\n" + std::string(next) + "\n" + points);
+    EXPECT_THAT(joined(reading.findings),
+                ::testing::HasSubstr("2:9: warning: continued by $, but the next line is a new "
+                                     "statement"))
+        << next;
+    const auto alone = read("GOTO/0,0,9\nTMARK/5\n" + std::string(next) + "\n" + points);
+    EXPECT_EQ(reading.records.size(), alone.records.size()) << next;
+  }
+  // More comes, or a value that is no statement.
+  for (const char* whole : {"LOADTL/5, $\nLENGTH,100", "CYCLE/DRILL,MMPM,100,CLEAR,5, $\nDEPTH,3\nCYCLE/OFF"})
+    EXPECT_EQ(joined(read(std::string(whole) + "\n" + points).findings), "") << whole;
+  for (const char* lost : {"PAINT/COLOR,211GOTO/40,0,60", "CUTCOM/OFF,GOTO/15,5,50", "DISPLY/ONGOTO/15,5,50",
+                           "RAPID,GOTO/0,0,60", "MACHIN/A,1UNITS/INCHES", "SYN/'A','$$'GOTO/15,5,50",
+                           "TMARK/5RAPID", "TOOL PATH/AGOTO/15,5,50"})
+    EXPECT_THAT(joined(read("GOTO/0,0,9\n" + std::string(lost) + "\n" + points).findings),
+                ::testing::HasSubstr("a second statement in the line"))
+        << lost;
+  // Text, units and names of others.
+  for (const char* fine : {"PPRINT SEE GOTO/1,2,3", "INSERT G1 X1 (GOTO/)", "FEDRAT/100,MMPM", "PAINT/PATH",
+                           "MACHIN/POST/A,1", "SYN/'A','GOTO/1'"})
+    EXPECT_THAT(joined(read("GOTO/0,0,9\n" + std::string(fine) + "\n" + points).findings),
+                ::testing::Not(::testing::HasSubstr("a second statement")))
+        << fine;
+}
+
+TEST(Reader, AFileThatEndsWithinALineIsSaid) {
+  EXPECT_EQ(joined(read("LOADTL/1\nGOTO/1,2,3\nGOTO/20,5,2").findings),
+            "3: warning: the file ends in a line without an end: is its last number, 2, whole?\n");
+  // Points alone, as a real file of an impeller has them.
+  EXPECT_EQ(joined(read("GOTO/1,2,3\nGOTO/20,5,2").findings), "");
+  EXPECT_EQ(joined(read("GOTO/1,2,3\nGOTO/20,5,2\n").findings), "");
+}
+
 TEST(Reader, AContinuationThatIsMissingEndsTheStatementWithAWarning) {
   const auto reading = read("GOTO/1,2,3,1,0,0\nGOTO/4,5,6, $\n  goto /7,8,9,0,0,1\n");
   EXPECT_EQ(joined(reading.findings),

@@ -291,5 +291,18 @@ TEST(Words, NoCharacterOfATextActsOnATerminalOrAPage) {
   EXPECT_EQ(read("CSI_TOOL_PATH/Swarf, 1\nGOTO/0,0,0\n").all<OperationBegin>().at(0).name, "Swarf, 1");
 }
 
+TEST(Words, WhatContradictsWithinAStatementIsRefused) {
+  const auto said = [](const std::string& words) { return joined(read(words + "\nGOTO/0,0,1\n").findings); };
+  for (const char* wrong :
+       {"LOADTL/4,LENGTH,90,LENGTH,130", "LOADTL/5,OSETNO,7,ADJUST,8", "LOADTL/5,LENGTH,1e300",
+        "SPINDL/CLW,CCLW,3000", "SPINDL/OFF,CLW", "SPINDL/3000,CLW,OFF", "SPINDL/3000,RPM,SFM", "CUTTER/-5",
+        "CUTTER/10,-3", "CUTTER/1e300", "TLDATA/MILL,-10,0,75,0,0", "LOOP/3", "REPEAT/2", "IF(A) 1,2,3",
+        "INCR", "LOCAL/MATRIX,1,0,0,10,0,1,0,0,0,0,1,0", "G0 X5 Y5", "X5 Y5", "G92 X0"})
+    EXPECT_NE(said(wrong).find(": error: "), std::string::npos) << wrong << "\n" << said(wrong);
+  for (const char* right : {"LOADTL/4,LENGTH,90,ADJUST,8", "SPINDL/RPM,3000,CLW", "SPINDL/ON,3000,CLW",
+                            "SPINDL/OFF", "CUTTER/0", "CUTTER/10,2", "SPINDL/STOP", "CUTTER/0.001,0"})
+    EXPECT_EQ(said(right).find(": error: "), std::string::npos) << right << "\n" << said(right);
+}
+
 }  // namespace
 }  // namespace trunnion::cl

@@ -21,6 +21,8 @@ struct ReaderOptions {
   /// in inches: then an error, for such a file may be in either.
   enum class Units : std::uint8_t { mm, inch };
   std::optional<Units> units;
+  /// Somebody asked for `units`: a UNITS that says the other one is told, and holds.
+  bool units_are_asked_for = false;
   /// NX, MSYS (the program's frame in the absolute system). `automatic`: the points are given in MSYS, as
   /// Siemens documents, unless the first tool axis shows that they are in the absolute system: it points down
   /// there and up in MSYS. `apply`: they are in the absolute system. `ignore`: every point stands as it is,
