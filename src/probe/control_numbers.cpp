@@ -112,6 +112,20 @@ bool is_length(const std::string& name) {
   return dot != std::string::npos && name.size() == dot + 2 && name[dot + 1] >= 'x' && name[dot + 1] <= 'z';
 }
 
+// What is wrong with a number of a list by what stands behind it; empty: nothing.
+std::string not_a_number(const std::string& last, bool length, const std::string& behind,
+                         double mm_per_unit) {
+  static const std::regex kGoesOn(R"(^(?:[,'][0-9]+|e[-+]?[0-9]+))", std::regex::icase);
+  std::smatch more;
+  if (std::regex_search(behind, more, kGoesOn))
+    return "'" + last + more.str() + "' is no number here: digits, and a point for the decimals";
+  static const std::regex kUnit(R"(^(mm|in|inch|inches|")(?![A-Za-z]))", std::regex::icase);
+  if (!length || !std::regex_search(behind, more, kUnit)) return {};
+  const bool mm = more.str()[0] == 'm' || more.str()[0] == 'M';
+  if (mm == (mm_per_unit == 1.0)) return {};
+  return "'" + last + more.str() + "', and the numbers are read in " + (mm ? "inches" : "mm");
+}
+
 // All of the list's numbers that one of the lines asks for.
 Result<ToldNumbers> told_by(const ControlNumbers& numbers, const std::vector<std::string>& lines) {
   std::vector<LinePattern> patterns;
@@ -127,6 +141,12 @@ Result<ToldNumbers> told_by(const ControlNumbers& numbers, const std::vector<std
     for (const LinePattern& p : patterns) {
       std::smatch match;
       if (p.names.empty() || !std::regex_search(text, match, p.pattern)) continue;
+      const std::string last = match[p.names.size()].str();
+      const bool at_end = match.str().ends_with(last);
+      if (const std::string wrong =
+              not_a_number(last, is_length(p.names.back()), match.suffix().str(), numbers.mm_per_unit);
+          at_end && !wrong.empty())
+        return fail(ErrorCode::wrong_input, wrong, numbers.file, {number, 1});
       for (std::size_t i = 0; i < p.names.size(); ++i) {
         const auto value = parse_number(match[i + 1].str());
         if (!value) continue;
@@ -285,8 +305,9 @@ Result<AxisPlaces> axis_places(const ControlNumbers& numbers, const std::string&
   const ToldNumbers& told = *read;
   if (told.empty()) {
     std::string known;
-    for (const std::string& line : **lines) known += "\n  " + line;
-    return fail(ErrorCode::wrong_input, "no line is one of these of " + controller.name + ":" + known,
+    for (const std::string& line : **lines)
+      known += (known.empty() ? "'" : ", '") + line.substr(0, line.find('{')) + "...'";
+    return fail(ErrorCode::wrong_input, "no line is one of these of " + controller.name + ": " + known,
                 numbers.file);
   }
   warn_of_lines_left_out(told, **lines, numbers.file, diagnostics);

@@ -341,6 +341,27 @@ TEST(ControlNumbers, ALineThatWasLeftOutIsNamed) {
             "settings.txt: warning: no line 'SETTING 257 = ...': its other numbers are there");
 }
 
+// A decimal comma was cut off: the axis stood 24 mm elsewhere.
+TEST(ControlNumbers, WhatGoesOnBehindANumberIsRefused) {
+  const Given haas("trunnion_offset", "haas_ngc");
+  const auto said = [&](const std::string& number, double mm_per_unit) {
+    Diagnostics diagnostics;
+    const auto places = axis_places(
+        {"settings.txt", "SETTING 255 = " + number + "\nSETTING 256 = -8\nSETTING 257 = -7\n", mm_per_unit},
+        "BC", haas.control, diagnostics);
+    return places ? std::string() : places.error().text();
+  };
+  for (const char* wrong : {"-9,9410", "-9'941", "1e3", "-9.5E-1"})
+    EXPECT_THAT(said(wrong, 25.4), testing::AllOf(testing::HasSubstr("settings.txt:1:1: error"),
+                                                  testing::HasSubstr("is no number here")))
+        << wrong;
+  EXPECT_THAT(said("-9.9410mm", 25.4), testing::HasSubstr("read in inches"));
+  EXPECT_THAT(said("-9.9410 in", 1.0), testing::HasSubstr("read in mm"));
+  for (const char* right : {"-9.941", "-9.9410 ; B", "-9.9410 (C, 5)", "-9.941 IN", "-9.941 inch"})
+    EXPECT_EQ(said(right, 25.4), "") << right;
+  EXPECT_EQ(said("-252.5 mm", 1.0), "");
+}
+
 TEST(ControlNumbers, AsPeopleCopyThem) {
   Diagnostics diagnostics;
   const Given haas("trunnion_offset", "haas_ngc");
