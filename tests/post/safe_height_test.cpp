@@ -242,6 +242,23 @@ TEST(AroundTheCut, ComesBackAfterAStopAndResumesAfterAToolChange) {
                         "G53 G0 Z610.\nN[0-9]+ G53 G0 X-200.\nN[0-9]+ M5\nN[0-9]+ M9\nN[0-9]+ M30\n"));
 }
 
+// The spindle stopped where the tool stood, and the program's own verification refused that.
+TEST(AroundTheCut, OrientStopsTheSpindleWhereOffDoes) {
+  const auto posted = [](const std::string& stop, const std::string& control) {
+    return test::posted(
+        "LOADTL/4,LENGTH,100\nSPINDL/3000,CLW\nRAPID\nGOTO/0,0,60\nFEDRAT/100,MMPM\nGOTO/0,0,20\n"
+        "RAPID\nGOTO/0,0,60\n" +
+            stop + "\nSPINDL/3000,CLW\nGOTO/5,0,20\nFINI\n",
+        test::shipped_machine("trunnion_offset"), {}, control);
+  };
+  for (const std::string control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "heidenhain_tnc640"}) {
+    const auto orient = posted("SPINDL/ORIENT,90", control), off = posted("SPINDL/OFF", control);
+    ASSERT_TRUE(orient.report) << control << " " << orient.report.error().text();
+    EXPECT_TRUE(orient.report->verification->passed()) << control;
+    EXPECT_EQ(orient.nc, off.nc) << control;
+  }
+}
+
 // Points a few hundredths of a millimetre apart, some repeated, stops, rapids and tool changes between them:
 // the tool comes back to where it was, and the short way that follows is cut and not taken for cut.
 void expect_stops_in_dense_paths(std::uint64_t seed, int cases, double least_step_mm) {

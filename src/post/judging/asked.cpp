@@ -16,12 +16,11 @@ void Asked::note(SourceRef where) {
 }
 
 void Asked::take_spindle(const cl::Spindle& s) {
-  if (s.state == cl::Spindle::State::off) {
+  if (s.state != cl::Spindle::State::on) {
     now_.spindle = {};
     stood_ = true;
     return;
   }
-  if (s.state == cl::Spindle::State::orient) return;
   if (s.speed_rpm) now_.rpm = *s.speed_rpm;
   if (s.surface_speed_mm_s && diameter_mm_ > 0.0)
     now_.rpm = *s.surface_speed_mm_s / (kPi * diameter_mm_) * kSecondsPerMinute;

@@ -64,7 +64,7 @@ Result<void> EventMaker::take_record(const cl::Record& record) {
 
 Result<void> EventMaker::take_spindle(const cl::Spindle& spindle, SourceRef where) {
   const nc::Spindle before = work_.spindle.spindle();
-  const bool stops = spindle.state == cl::Spindle::State::off;
+  const bool stops = spindle.state != cl::Spindle::State::on;
   const bool turns_round = spindle.state == cl::Spindle::State::on && before.turn != nc::SpindleTurn::off &&
                            (before.turn == nc::SpindleTurn::counterclockwise) != spindle.counterclockwise &&
                            !work_.at.approaches;
