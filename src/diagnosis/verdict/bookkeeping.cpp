@@ -243,7 +243,10 @@ class Judge {
     const auto changed = std::count_if(data_.readings.begin(), data_.readings.end(),
                                        [&](const Reading& r) { return concerns(data_, r, c); });
     const double readings = static_cast<double>(data_.readings.size());
-    return free * std::log(readings) + static_cast<double>(changed) / readings;
+    // Three signs, three exchanges, positions: one of many against the one sign of all readings of the run.
+    constexpr double kWaysOfOneRun = 8.0;
+    const double chosen = c.is_of_columns_of_one_run() ? 2.0 * std::log(kWaysOfOneRun) : 0.0;
+    return free * std::log(readings) + chosen + static_cast<double>(changed) / readings;
   }
 
   // Offsets by Newton's method, shifts of the clock between the steps of the list.
@@ -665,7 +668,8 @@ class Judge {
     const bool little_stays = t.what.of_a_part() && share > kNearlyAll && after.reduced() < kNoise &&
                               needed_effects <= best_effects && evidence >= kMoreEvidence;
     Accepted out{said(t.what, before, after, false), with_lost(after, of_lost(t.what)).deviance +
-                                                         after.parameters * n + selection(needed_effects)};
+                                                         after.parameters * n + selection(needed_effects) +
+                                                         price(t.what)};
     // An effect that nobody needs any more is evidence, too, and has been paid for like the others.
     const double enough = needed_effects < best_effects && noise_only_now ? kThousandToOne : kEvidence;
     out.sure = evidence >= enough && (noise_only_now || steps_stay || far_nearer || little_stays);
