@@ -61,6 +61,16 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
                     shortest_text(*axis.rapid * kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0)) +
                     (rotary ? " deg/min, is less than a turn a minute: is it in 1/min?"
                             : " mm/min, is less than 200: is it in m/min?"));
+    // The shortest travel that a table machine is sold with is 150 mm and 50 degrees.
+    constexpr double kShortest_mm = 20.0, kShortest_deg = 10.0;
+    if (const double travel = (axis.max - axis.min) * (rotary ? kDegreePerRad : 1.0);
+        axis.has_limits() && travel < (rotary ? kShortest_deg : kShortest_mm))
+      out.push_back("the travel of " + axis.name + ", " + shortest_text(std::round(1e3 * travel) / 1e3) +
+                    (rotary ? " deg, is less than 10: is it in radians?"
+                            : " mm, is less than 20: is it in metres or inches?"));
+    if (rotary && axis.has_limits() && (axis.min > 0.0 || axis.max < 0.0))
+      out.push_back("axis " + axis.name +
+                    " cannot stand at 0 degrees: are the signs of its travel those of the control?");
     if (!axis.acceleration) continue;
     const double acceleration = *axis.acceleration * (rotary ? kDegreePerRad : 1.0);
     if (acceleration < (rotary ? kLaziest_deg_s2 : kLaziest_mm_s2))
@@ -74,6 +84,14 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
           "with this jerk axis {} takes {} s to reach its acceleration, more than 0.5: is it in {}?",
           axis.name, shortest_text(std::round(1e3 * *axis.acceleration / *axis.jerk) / 1e3),
           rotary ? "rad/s3" : "m/s3"));
+  }
+  if (const auto z = machine.axis("Z"); z && machine.axes[*z].has_limits() && machine.safe.z_mm()) {
+    const double above_middle = *machine.safe.z_mm() - 0.5 * (machine.axes[*z].min + machine.axes[*z].max);
+    if ((machine.safe.away < 0 ? -above_middle : above_middle) < 0.0)
+      out.push_back(
+          "the safe height, Z " + shortest_text(*machine.safe.z_mm()) +
+          " mm, is in the half of the travel of Z that is nearer to the table ([retract] z_mm): the "
+          "tool would turn and be changed there");
   }
   for (std::string& doubt : directions_beside_iso841(machine)) out.push_back(std::move(doubt));
   constexpr Angle kAnyWay = Angle::degrees(1.0);

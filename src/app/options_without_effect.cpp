@@ -15,12 +15,14 @@ struct Needs {
   std::array<std::string_view, 2> one_of;
 };
 
-constexpr std::array<Needs, 6> kNeeds = {{{"--pole-cone-deg", {"--pole-tolerance-deg"}},
+constexpr std::array<Needs, 8> kNeeds = {{{"--pole-cone-deg", {"--pole-tolerance-deg"}},
                                           {"--pole-min-turn-deg", {"--pole-tolerance-deg"}},
                                           {"--thermal-clamp-um", {"--offsets", "--thermal"}},
                                           {"--thermal-slew-um-s", {"--offsets", "--thermal"}},
                                           {"--thermal-dead-band-um", {"--offsets", "--thermal"}},
-                                          {"--largest-correction-mm", {"--model"}}}};
+                                          {"--largest-correction-mm", {"--model"}},
+                                          {"--no-geometric", {"--model"}},
+                                          {"--numbers-unit", {"--numbers"}}}};
 
 bool is_given(const CLI::App& command, std::string_view name) {
   const CLI::Option* option = name.empty() ? nullptr : command.get_option_no_throw(std::string(name));

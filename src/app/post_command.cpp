@@ -52,10 +52,11 @@ void print_summary(const post::PostReport& r) {
                  r.largest_pole_tilt.deg());
   }
   if (r.arcs + r.holes + r.shapes_as_moves > 0) {
-    spdlog::info(
-        "{} arcs and {} holes as circles and cycles of the control, {} as straight moves, since the control "
-        "cannot run them",
-        r.arcs, r.holes, r.shapes_as_moves);
+    const std::string as_moves =
+        r.shapes_as_moves > 0
+            ? fmt::format(", {} as straight moves, since the control cannot run them", r.shapes_as_moves)
+            : "";
+    spdlog::info("arcs as circles of the control: {}, holes as its cycles: {}{}", r.arcs, r.holes, as_moves);
   }
   if (r.tilted_planes > 0) spdlog::info("tilted planes: {}", r.tilted_planes);
   if (r.choice.pole_points > 0)
@@ -244,15 +245,16 @@ void add_post_command(CLI::App& root, int& exit) {
   CLI::App* c = root.add_subcommand("post", "CL file (or NC program: --from) in, verified NC program out");
   command->add_to(*c);
   c->add_flag_callback(
-      "--filter",
-      [command, c] {
-        c->get_option("--output")->required(false);
-        command->output = "-";
-        command->filter = true;
-      },
-      "as a control calls it that opens a CL file: the program on standard output, FILTER_PROGRESS=n on "
-      "standard "
-      "error, and nothing else there but warnings and errors");
+       "--filter",
+       [command, c] {
+         c->get_option("--output")->required(false);
+         command->output = "-";
+         command->filter = true;
+       },
+       "as a control calls it that opens a CL file: the program on standard output, FILTER_PROGRESS=n on "
+       "standard "
+       "error, and nothing else there but warnings and errors")
+      ->excludes("--output");
   command->result.add_to(*c);
   c->callback([command, &exit] {
     const OldFile old(command->output);

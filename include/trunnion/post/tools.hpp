@@ -120,6 +120,7 @@ class ProgramTools {
   std::optional<std::string> take_register(const LoadedTool& tool);
   void note_other_length(const cl::ToolChange& word, double length_mm);
   void warn_of_crossed_registers(const std::string& cl_file, Diagnostics& diagnostics) const;
+  void warn_of_forgotten(const std::string& cl_file, Diagnostics& diagnostics) const;
   void warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const;
 
   const Machine& machine_;

@@ -124,9 +124,11 @@ Result<void> keep_apart(const std::vector<BatchItem>& items) {
   for (const BatchItem& item : items) {
     const std::string place = resolved_path(item.output);
     if (const auto [other, is_new] = outputs.emplace(place, &item); !is_new) {
+      const bool twice = resolved_path(item.input) == resolved_path(other->second->input);
       return fail(ErrorCode::wrong_input,
-                  "would be written to the same file " + item.output + " as " + other->second->input +
-                      "; nothing was posted: rename one of the two",
+                  twice ? "is given twice, for the same program " + item.output + "; nothing was posted"
+                        : "would be written to the same file " + item.output + " as " + other->second->input +
+                              "; nothing was posted: rename one of the two",
                   item.input);
     }
     if (const auto input = inputs.find(place); input != inputs.end()) {

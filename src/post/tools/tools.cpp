@@ -152,7 +152,21 @@ void ProgramTools::warn(const std::string& cl_file, Diagnostics& diagnostics) co
                                    "cuts deeper by as much"
                                  : ""));
   }
+  warn_of_forgotten(cl_file, diagnostics);
   warn_of_machine_file(cl_file, diagnostics);
+}
+
+// One that the tool file leaves out has been forgotten there, sooner than it is as long as that option says.
+void ProgramTools::warn_of_forgotten(const std::string& cl_file, Diagnostics& diagnostics) const {
+  if (options_.table == nullptr) return;
+  std::string names;
+  for (const LoadedTool& tool : loaded_)
+    if (tool.number && tool.source == LengthSource::option)
+      names += (names.empty() ? "" : ", ") + std::to_string(*tool.number);
+  if (!names.empty())
+    diagnostics.warning(cl_file, {},
+                        "not in the tool file, and taken to be as long as --tool-length-mm says, " +
+                            shortest_text(length_of_nobody()) + " mm: tool " + names);
 }
 
 void ProgramTools::warn_of_machine_file(const std::string& cl_file, Diagnostics& diagnostics) const {
