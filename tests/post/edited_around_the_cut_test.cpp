@@ -316,6 +316,41 @@ TEST_F(EditedAroundTheCut, ACutBehindAStoppedSpindleSaysSo) {
   EXPECT_NE(said("").find("no SPINDL before this cut"), std::string::npos);
 }
 
+// The operator reaches in at M0, and the spindle turns there.
+TEST_F(EditedAroundTheCut, WhatIsOffAtAStopIsOff) {
+  const std::string cl =
+      "PARTNO/S\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/500,CLW\nCOOLNT/FLOOD\nRAPID\n"
+      "GOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/0,0,20,0,0,1\nRAPID\nGOTO/0,0,60,0,0,1\nSPINDL/OFF\n"
+      "COOLNT/OFF\nSTOP\nSPINDL/500,CLW\nCOOLNT/FLOOD\nRAPID\nGOTO/9,0,60,0,0,1\nGOTO/9,0,20,0,0,1\nFINI\n";
+  for (const std::string control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "haas_ngc", "iso", "hnc_8"}) {
+    const std::string nc = right(cl, control);
+    std::istringstream in(nc);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    const auto word_of = [](const std::string& line) {
+      const auto blank = line.find(' ');
+      return line[0] == 'N' && blank != std::string::npos ? line.substr(blank + 1) : line;
+    };
+    const auto stop = std::find_if(lines.begin(), lines.end(),
+                                   [&](const std::string& line) { return word_of(line) == "M0"; });
+    ASSERT_NE(stop, lines.end()) << control << nc;
+    for (const auto& [off, on] : {std::pair<std::string, std::string>{"M5", "M3"}, {"M9", "M8"}})
+      for (const std::string& now : {std::string(), on}) {
+        const auto at = std::find_if(std::make_reverse_iterator(stop), lines.rend(),
+                                     [&](const std::string& line) { return word_of(line) == off; });
+        ASSERT_NE(at, lines.rend()) << control << off << nc;
+        std::string edited_nc;
+        for (const std::string& line : lines) {
+          if (&line != &*at)
+            edited_nc += line + "\n";
+          else if (!now.empty())
+            edited_nc += now + "\n";
+        }
+        expect_found(cl, control, edited_nc, off + " -> '" + now + "'");
+      }
+  }
+}
+
 // The next block comes down and goes 300 mm sideways, at rapid.
 TEST_F(EditedAroundTheCut, AnotherPlaceOfTheApproachInATiltedPlane) {
   options_ = {};

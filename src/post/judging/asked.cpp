@@ -92,7 +92,8 @@ void Asked::take(const cl::Record& record) {
   }
   if (const auto* stop = std::get_if<cl::Stop>(&record.data)) {
     const auto kind = stop->optional ? AskedPause::Kind::optional_stop : AskedPause::Kind::stop;
-    pauses_.push_back({motions_, kind, 0, record.where.line});
+    pauses_.push_back({motions_, kind, 0, record.where.line, now_.spindle.turn == nc::SpindleTurn::off,
+                       now_.coolant == 0U});
   }
 }
 

@@ -32,6 +32,9 @@ struct AskedPause {
   Kind kind = Kind::dwell;
   std::int64_t milliseconds = 0;  // of a dwell
   std::uint32_t line = 0;
+  // Of a stop, at which somebody may reach in: what the CL file has switched off before it.
+  bool spindle_is_off = false;
+  bool coolant_is_off = false;
 };
 
 /// The records of a CL file in their order, as the states in which its motions are cut. Motions count from 0

@@ -197,8 +197,26 @@ void ProgramJudge::take_pause(const Place& at, const AskedPause& told, std::uint
     return at.segment < point || at.t == 0.0 || is_rounding(at.segment + 1, at.t);
   };
   const AskedPause* next = asked_.next_pause();
-  if (next != nullptr && is_it(*next)) return asked_.meet_pause();
+  if (next != nullptr && is_it(*next)) {
+    check_stop(*next, nc_line);
+    return asked_.meet_pause();
+  }
   find(CheckOf::order, nc_line, [&] { return text() + " that the CL file does not ask for here"; });
+}
+
+void ProgramJudge::check_stop(const AskedPause& stop, std::uint32_t nc_line) {
+  const nc::Spindle& spindle = told_.at_stop().spindle;
+  const bool turns = spindle.turn != nc::SpindleTurn::off && spindle.rpm > 0;
+  if (stop.spindle_is_off && turns)
+    find(CheckOf::spindle, nc_line, [&] {
+      return "the spindle turns at the " + name_of(stop.kind) + ", and the CL file has it off" +
+             cl_line(stop.line);
+    });
+  if (stop.coolant_is_off && told_.at_stop().coolant != 0U)
+    find(CheckOf::spindle, nc_line, [&] {
+      return "the coolant is on at the " + name_of(stop.kind) + ", and the CL file has it off" +
+             cl_line(stop.line);
+    });
 }
 
 bool ProgramJudge::is_rounding(std::size_t point, double share) const {

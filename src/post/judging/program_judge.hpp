@@ -257,6 +257,8 @@ class ProgramJudge {
   void check_register(const nc::LengthCompensation& length, const Place& at, std::uint32_t nc_line);
   void find_cutter(const AskedState& asked, std::uint32_t nc_line);
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
+  /// What the CL file has switched off before it is off.
+  void check_stop(const AskedPause& stop, std::uint32_t nc_line);
 
   const Machine& machine_;
   const nc::Controller& controller_;

@@ -23,6 +23,7 @@ void Told::take(const nc::Block& block) {
     spindle_ = *spindle;
     spindle_is_open_ = false;
   }
+  if (std::holds_alternative<nc::Stop>(block)) at_stop_ = {spindle_, coolant_.value_or(0U)};
   // Whether an optional one is taken is for the operator to say: what it may end has to be said again.
   if (std::holds_alternative<nc::Stop>(block) && controller_.stops.end_spindle) {
     spindle_ = {};

@@ -27,6 +27,12 @@ class Told {
   /// Of the tapping cycle at hand.
   const std::optional<nc::Thread>& thread() const { return thread_; }
   const std::optional<unsigned>& coolant() const { return coolant_; }  // bit per kind
+  /// What words had switched on before the last stop, whether it ends that or not.
+  struct AtStop {
+    nc::Spindle spindle;
+    unsigned coolant = 0U;  // bit per kind
+  };
+  const AtStop& at_stop() const { return at_stop_; }
   const std::optional<nc::PathMode>& path_mode() const { return path_mode_; }
   const nc::CutterCompensation& cutter() const { return cutter_; }
   /// Compensation was switched on or off, and no motion has come since; asked once.
@@ -44,6 +50,7 @@ class Told {
   bool spindle_is_open_ = false;
   std::optional<nc::Thread> thread_;
   std::optional<unsigned> coolant_ = 0U;  // a program begins without
+  AtStop at_stop_;
   std::optional<nc::PathMode> path_mode_;
   nc::CutterCompensation cutter_;
   bool cutter_is_new_ = false;
