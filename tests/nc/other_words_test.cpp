@@ -248,23 +248,27 @@ void expect_at(const Place& p, double x, double y, double z) {
   EXPECT_NEAR(p.z, z, 2e-9);
 }
 
+// Haas took G69 of its base file for a word that says nothing: all that came behind stayed turned.
 TEST(OtherWords, ATurnLeadsWherePlaneGeometrySays) {
-  const auto p = ends(
-      "%\nG21 G90 G54\nG0 X0. Y0. Z50.\nG52 X1. Y2. Z3.\nG68 X10. Y-5. R30.\nG0 X20. Y0. Z40.\nG1 X25. "
-      "F100.\nG91 Y4.\n"
-      "G90 G69\nG1 X7. Y8. Z9.\nG52 X0. Y0. Z0.\nG1 X7. Y8. Z9.\nM30\n%\n",
-      "fanuc_30i");
-  ASSERT_EQ(p.size(), 6u);
-  const auto turned = [](double x, double y) {
-    const double a = std::acos(-1.0) / 6.0;
-    return Place{1.0 + 10.0 + std::cos(a) * (x - 10.0) - std::sin(a) * (y + 5.0),
-                 2.0 - 5.0 + std::sin(a) * (x - 10.0) + std::cos(a) * (y + 5.0), 0.0};
-  };
-  expect_at(p[1], turned(20, 0).x, turned(20, 0).y, 43.0);
-  expect_at(p[2], turned(25, 0).x, turned(25, 0).y, 43.0);
-  expect_at(p[3], turned(25, 4).x, turned(25, 4).y, 43.0);
-  expect_at(p[4], 8.0, 10.0, 12.0);
-  expect_at(p[5], 7.0, 8.0, 9.0);
+  for (const char* control : {"fanuc_30i", "haas_ngc"}) {
+    SCOPED_TRACE(control);
+    const auto p = ends(
+        "%\nG21 G90 G54\nG0 X0. Y0. Z50.\nG52 X1. Y2. Z3.\nG68 X10. Y-5. R30.\nG0 X20. Y0. Z40.\nG1 X25. "
+        "F100.\nG91 Y4.\n"
+        "G90 G69\nG1 X7. Y8. Z9.\nG52 X0. Y0. Z0.\nG1 X7. Y8. Z9.\nM30\n%\n",
+        control);
+    ASSERT_EQ(p.size(), 6u);
+    const auto turned = [](double x, double y) {
+      const double a = std::acos(-1.0) / 6.0;
+      return Place{1.0 + 10.0 + std::cos(a) * (x - 10.0) - std::sin(a) * (y + 5.0),
+                   2.0 - 5.0 + std::sin(a) * (x - 10.0) + std::cos(a) * (y + 5.0), 0.0};
+    };
+    expect_at(p[1], turned(20, 0).x, turned(20, 0).y, 43.0);
+    expect_at(p[2], turned(25, 0).x, turned(25, 0).y, 43.0);
+    expect_at(p[3], turned(25, 4).x, turned(25, 4).y, 43.0);
+    expect_at(p[4], 8.0, 10.0, 12.0);
+    expect_at(p[5], 7.0, 8.0, 9.0);
+  }
 }
 
 // In coordinates that are turned the place where a circle begins is turned there and back: the last digits

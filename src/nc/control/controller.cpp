@@ -427,6 +427,10 @@ void read_modes(Section& root, Controller& c) {
     read_into(s, "circle_counterclockwise", c.input.pole.counterclockwise);
     read_into(s, "turn", c.input.places.turn);
     read_into(s, "end_turn", c.input.places.end_turn);
+    // A word that its base lets pass has a meaning here: G69 of the base ends nothing, and ends G68 on Haas.
+    std::erase_if(c.input.lines.silent, [&](const std::string& word) {
+      return word == c.input.places.turn || word == c.input.places.end_turn;
+    });
     read_template(s, "frames", {}, c.input.places.frames);
     if (!c.input.places.frames.empty() && c.input.places.frames.size() != 4)
       s.error("frames",
