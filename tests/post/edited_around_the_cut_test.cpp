@@ -316,6 +316,39 @@ TEST_F(EditedAroundTheCut, ACutBehindAStoppedSpindleSaysSo) {
   EXPECT_NE(said("").find("no SPINDL before this cut"), std::string::npos);
 }
 
+// The table goes all the way round, 2 mm under a leaning tool, and ends where it began.
+TEST_F(EditedAroundTheCut, AWholeTurnBesideThePart) {
+  const std::string cl =
+      "PARTNO/T\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/500,CLW\nRAPID\nGOTO/30,0,60,0.5,0,0.8660254\n"
+      "FEDRAT/400,MMPM\nGOTO/30,0,10,0.5,0,0.8660254\nGOTO/26,15,10,0.433012,0.25,0.8660254\nRAPID\n"
+      "GOTO/27,15.6,12,0.433012,0.25,0.8660254\nRAPID\nGOTO/30,0,12,0.5,0,0.8660254\nFEDRAT/400,MMPM\n"
+      "GOTO/30,0,10,0.5,0,0.8660254\nRAPID\nGOTO/60,0,60,0.5,0,0.8660254\nFINI\n";
+  for (const std::string control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "haas_ngc", "iso"}) {
+    const std::string nc = right(cl, control);
+    std::istringstream in(nc);
+    std::string edited_nc;
+    double c_deg = 0.0;
+    bool cuts = false, done = false;
+    for (std::string line; std::getline(in, line);) {
+      const auto at = line.find(" C");
+      if (line.find('(') == std::string::npos && line.find(';') == std::string::npos &&
+          at != std::string::npos)
+        c_deg = std::strtod(line.c_str() + at + 2 + (line[at + 2] == '=' ? 1 : 0), nullptr);
+      edited_nc += line + "\n";
+      cuts = cuts || line.find("G1 ") != std::string::npos;
+      // The block that leaves the cut is the first rapid behind it.
+      if (!done && cuts && line.find("G0 ") != std::string::npos) {
+        std::ostringstream turn;
+        turn << std::fixed << "G0 " << (control == "siemens_840d_sl" ? "C=" : "C") << c_deg + 360.0 << "\n";
+        edited_nc += turn.str();
+        done = true;
+      }
+    }
+    ASSERT_TRUE(done) << control << nc;
+    expect_found(cl, control, edited_nc, "a whole turn");
+  }
+}
+
 // The operator reaches in at M0, and the spindle turns there.
 TEST_F(EditedAroundTheCut, WhatIsOffAtAStopIsOff) {
   const std::string cl =

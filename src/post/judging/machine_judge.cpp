@@ -446,6 +446,7 @@ void MachineJudge::rapid(const Vertex& v) {
   match_end_of_cut();
   trail_.clear();
   if (program_judge_ && v.tcp) judge_swing(v);
+  if (program_judge_ && !v.tcp) judge_whole_turn(v);
   if (rises(v)) {
     settle_rapid_end();
     progress_.away = true;
@@ -549,10 +550,7 @@ void MachineJudge::judge_swing(const Vertex& v) {
                         !program_judge_->wants_another_tool(path_.next());
   // What leaves from a place that is not known is followed by SafeWalk.
   if (v.from_unknown || v.up || (is_asked && (!turns_in_place(v) || path_.hits(v, *target)))) return;
-  const SafeHeight& safe = judged_.machine.safe;
-  const auto z = judged_.machine.axis("Z");
-  const double quantum_mm = judged_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
-  if (z && safe.is_safe(from.q[*z], quantum_mm) && safe.is_safe(v.q[*z], quantum_mm)) return;
+  if (stands_safe(from, v)) return;
   double turn_rad = 0.0;
   for (AxisId id = 0; id < axis_words().count; ++id)
     turn_rad = std::max(turn_rad, axis_words().of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
@@ -582,6 +580,44 @@ void MachineJudge::judge_swing(const Vertex& v) {
            fixed_text(farthest_rad * kDegreePerRad, 3) + " deg off it" +
            (target != nullptr ? cl_line(target->line) : "");
   });
+}
+
+// More than half a turn at once ends where a shorter way, or none, does, and the table goes all the way round
+// under the tool.
+void MachineJudge::judge_whole_turn(const Vertex& v) {
+  constexpr int kPlaces = 64;
+  constexpr double kRounding_rad = 1e-4;
+  const Vertex& from = *ends_.previous;
+  if (v.from_unknown || v.up) return;
+  double turn_rad = 0.0;
+  for (AxisId id = 0; id < axis_words().count; ++id)
+    turn_rad = std::max(turn_rad, axis_words().of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
+  if (turn_rad <= kPi + kRounding_rad || stands_safe(from, v)) return;
+  const double between_rad = angle_between(from.station.axis_P, v.station.axis_P).rad();
+  double off_mm = 0.0, off_rad = 0.0;
+  for (int i = 1; i < kPlaces; ++i) {
+    const double share = static_cast<double>(i) / kPlaces;
+    const path::Station here =
+        path::station(meter().kinematics(), JointVector::interpolate(from.q, v.q, share));
+    off_mm = std::max(off_mm, distance_to_segment(here.tip_P, from.station.tip_P, v.station.tip_P));
+    off_rad = std::max({off_rad, angle_between(here.axis_P, from.station.axis_P).rad() - between_rad,
+                        angle_between(here.axis_P, v.station.axis_P).rad() - between_rad});
+  }
+  const double slack_rad =
+      path_.limits().axis_tolerance_rad + path_.limits().pole_tolerance_rad + kRounding_rad;
+  if (off_mm <= options().rapid_tolerance_mm + options().tolerance_mm && off_rad <= slack_rad) return;
+  program_judge_->find(CheckOf::rapids, v.nc_line, [&] {
+    return "a rotary axis turns by " + fixed_text(turn_rad * kDegreePerRad, 1) +
+           " deg below the safe height: the tip goes " + fixed_text(off_mm, 3) + " mm, and the tool axis " +
+           fixed_text(off_rad * kDegreePerRad, 3) + " deg, off the way between the ends";
+  });
+}
+
+bool MachineJudge::stands_safe(const Vertex& from, const Vertex& to) const {
+  const SafeHeight& safe = judged_.machine.safe;
+  const auto z = judged_.machine.axis("Z");
+  const double quantum_mm = judged_.controller.numbers.axes.quantum(nc::AxisLetter::Z);
+  return z && safe.is_safe(from.q[*z], quantum_mm) && safe.is_safe(to.q[*z], quantum_mm);
 }
 
 bool MachineJudge::comes_nearer(const Vertex& v) {

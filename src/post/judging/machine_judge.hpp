@@ -214,6 +214,9 @@ class MachineJudge {
   bool comes_nearer(const Vertex& v);
   /// A rapid under tool-centre-point control: the part may not swing below the safe height.
   void judge_swing(const Vertex& v);
+  void judge_whole_turn(const Vertex& v);
+  /// Both ends of the motion are at the safe height.
+  bool stands_safe(const Vertex& from, const Vertex& to) const;
   void settle_rapid_end();
   /// By which rounding of the words takes the tip off a point.
   double words_rounding_mm() const;
