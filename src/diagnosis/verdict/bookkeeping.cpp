@@ -507,6 +507,7 @@ class Judge {
     std::sort(order.begin(), order.end());
     order.resize(std::min(order.size(), kLookedAt));
     std::vector<std::size_t> out;
+    out.reserve(order.size());
     for (const auto& [excess, run] : order) out.push_back(run);
     return out;
   }
