@@ -2,7 +2,11 @@
 // verification.
 #include <algorithm>
 #include <gtest/gtest.h>
+#include <iomanip>
 #include <sstream>
+
+#include "trunnion/base/units.hpp"
+#include "trunnion/machine/kinematics.hpp"
 
 #include "post/posting.hpp"
 
@@ -347,6 +351,33 @@ TEST_F(EditedAroundTheCut, AWholeTurnBesideThePart) {
     ASSERT_TRUE(done) << control << nc;
     expect_found(cl, control, edited_nc, "a whole turn");
   }
+}
+
+// Both solutions of the rotary axes are one pose of the tool, and the table swings round between them.
+TEST_F(EditedAroundTheCut, TheOtherSolutionBesideThePart) {
+  const std::string cl =
+      "PARTNO/T\nUNITS/MM\nLOADTL/4,LENGTH,150\nSPINDL/500,CLW\nRAPID\nGOTO/30,0,60,0.34202014,0,0.93969262\n"
+      "FEDRAT/400,MMPM\nGOTO/30,0,10,0.34202014,0,0.93969262\nRAPID\nGOTO/31,0,12,0.34202014,0,0.93969262\n"
+      "RAPID\nGOTO/60,0,60,0.34202014,0,0.93969262\nFINI\n";
+  const ToolPose pose{{31.0, 0.0, 12.0}, Vec3(0.34202014, 0.0, 0.93969262).normalized()};
+  const std::string nc = right(cl, "linuxcnc");
+  const auto solutions = inverse(machine_, pose, {});
+  ASSERT_EQ(solutions.size(), 2U);
+  std::string said[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const JointVector& q = solutions[i].q;
+    std::ostringstream line;
+    line << std::fixed << std::setprecision(4) << "G0 X" << q[0] << " Y" << q[1] << " Z" << q[2] - 150.0
+         << " A" << q[3] * kDegreePerRad << " C" << q[4] * kDegreePerRad << "\n";
+    said[i] = line.str();
+  }
+  // Behind the block that leaves the cut: to the other one, and back.
+  const auto cut = nc.find("G1 ");
+  ASSERT_NE(cut, std::string::npos);
+  const auto leaves = nc.find('\n', nc.find("G0 ", cut)) + 1;
+  for (const auto& [there, back] : {std::pair{said[0], said[1]}, {said[1], said[0]}})
+    expect_found(cl, "linuxcnc", nc.substr(0, leaves) + there + back + nc.substr(leaves),
+                 "the other solution");
 }
 
 // The operator reaches in at M0, and the spindle turns there.

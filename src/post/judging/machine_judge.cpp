@@ -582,8 +582,8 @@ void MachineJudge::judge_swing(const Vertex& v) {
   });
 }
 
-// More than half a turn at once ends where a shorter way, or none, does, and the table goes all the way round
-// under the tool.
+// More than half a turn at once ends where a shorter way, or none, does, and so does a turn to the other
+// solution of the rotary axes: the table goes round under the tool, and the ends do not show it.
 void MachineJudge::judge_whole_turn(const Vertex& v) {
   constexpr int kPlaces = 64;
   constexpr double kRounding_rad = 1e-4;
@@ -592,8 +592,9 @@ void MachineJudge::judge_whole_turn(const Vertex& v) {
   double turn_rad = 0.0;
   for (AxisId id = 0; id < axis_words().count; ++id)
     turn_rad = std::max(turn_rad, axis_words().of[id].rotary_share * std::abs(v.q[id] - from.q[id]));
-  if (turn_rad <= kPi + kRounding_rad || stands_safe(from, v)) return;
   const double between_rad = angle_between(from.station.axis_P, v.station.axis_P).rad();
+  const bool is_one_pose = turns_in_place(v) && between_rad <= path_.limits().axis_tolerance_rad;
+  if (turn_rad <= (is_one_pose ? 0.0 : kPi) + kRounding_rad || stands_safe(from, v)) return;
   double off_mm = 0.0, off_rad = 0.0;
   for (int i = 1; i < kPlaces; ++i) {
     const double share = static_cast<double>(i) / kPlaces;
