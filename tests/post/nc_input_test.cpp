@@ -337,6 +337,23 @@ TEST(NcInput, ProgramsOfOthersAreRead) {
   }
 }
 
+// Haas took G69 of its base file, alone in its line, for a word that says nothing: what came behind stayed
+// turned, 42 mm beside the path.
+TEST(NcInput, ATurnEndsWhereItsWordSays) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  const auto program = [](const std::string& cuts) {
+    return "%\nO1\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M6\nS1000 M3\nG0 A0. C0.\nG0 X30. Y0.\nG43 H1 Z60.\n"
+           "G1 Z10. F100.\n" +
+           cuts + "X30. Y0.\nX20. Y0.\nG0 Z60.\nM30\n%\n";
+  };
+  for (const std::string control : {"fanuc_30i", "haas_ngc"}) {
+    const auto turned = reposted(program("G68 X0. Y0. R90.\nX40. Y0.\nG69\n"), {machine, control}, machine);
+    const auto plain = reposted(program("X0. Y40.\n"), {machine, control}, machine);
+    ASSERT_TRUE(turned.report && plain.report) << control << said(turned) << said(plain);
+    EXPECT_EQ(words_of(turned.nc), words_of(plain.nc)) << control;
+  }
+}
+
 // X and Y of a tilted plane stay where they are when the length is added along the tool.
 TEST(NcInput, TheLengthMayFollowXAndYInATiltedPlane) {
   const Machine machine = test::shipped_machine("trunnion_offset");

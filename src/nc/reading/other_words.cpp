@@ -60,6 +60,9 @@ OtherWords::OtherWords(const Controller& controller, const AxisFormat& format)
   note(c_.input.places.zero_stays, Mode::zero_stays);
   note(c_.rotary.shorter_way, Mode::shorter_way);
   note(c_.rotary.straight_way, Mode::straight_way);
+  for (const auto& [code, mode] : modes_) groups_.emplace_back(code, group_of(mode));
+  for (const std::string& word : {c_.feed.per_minute, c_.feed.inverse_time})
+    if (const auto code = code_of(word)) groups_.emplace_back(*code, group_of(Mode::per_revolution));
 }
 
 bool OtherWords::claims(char letter, const Number& number) const {
@@ -162,10 +165,9 @@ bool OtherWords::has_one_of_each_group(const ParsedLine& line) {
   };
   for (std::size_t i = 0; i < line.word_count; ++i) {
     const Word& word = line.words[i];
-    bool is_second = (is_code(word, c_.feed.per_minute) || is_code(word, c_.feed.inverse_time)) &&
-                     is_other(group_of(Mode::per_revolution), word);
-    for (const auto& [code, mode] : modes_)
-      is_second = is_second || (code.is(word) && is_other(group_of(mode), word));
+    bool is_second = false;
+    for (const auto& [code, group] : groups_)
+      is_second = is_second || (code.is(word) && is_other(group, word));
     if (is_second)
       return fail(word.column,
                   "a second word of one group in this block: controls differ in which one applies");

@@ -173,6 +173,7 @@ class OtherWords {
   const Controller& c_;
   const AxisFormat& format_;
   std::vector<std::pair<Code, Mode>> modes_;
+  std::vector<std::pair<Code, int>> groups_;  // these words, and those of the other feeds
   struct Said {
     bool inches = false, unit_known = false;
     bool increments = false;
