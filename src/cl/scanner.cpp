@@ -60,10 +60,6 @@ bool begins_goto(std::string_view line) {
   return i < line.size() && line[i] == '/';
 }
 
-/// Words that are a whole statement.
-constexpr std::array<std::string_view, 6> kBareWords = {"RAPID", "GOHOME", "FINI",
-                                                        "STOP",  "OPSTOP", "REWIND"};
-
 /// The line begins a statement of its own, behind a `$` that is one too many: no value is a word with a
 /// slash, and where no comma says that more comes, none is one of the bare words either.
 bool begins_statement(std::string_view line, bool more_comes) {

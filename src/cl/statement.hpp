@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -7,6 +8,10 @@
 #include "trunnion/base/source_ref.hpp"
 
 namespace trunnion::cl {
+
+/// Words that are a whole statement, without a slash.
+inline constexpr std::array<std::string_view, 6> kBareWords = {"RAPID", "GOHOME", "FINI",
+                                                               "STOP",  "OPSTOP", "REWIND"};
 
 /// One value or minor word of a statement: upper case, blanks taken out.
 struct Field {

@@ -92,6 +92,8 @@ std::string_view second_statement(std::string_view value) {
   const auto stands = [](std::string_view word) {
     return readings().find(word) != readings().end() || is_in(kRefused, word);
   };
+  if (value.empty()) return {};
+  if (!is_letter(value.back()) && value.find('/') == std::string_view::npos) return {};  // a number
   if (const auto quote = value.rfind('\''); quote != std::string_view::npos) value.remove_prefix(quote + 1);
   const auto slash = value.find('/');
   std::size_t begin = std::min(slash, value.size());
@@ -100,14 +102,16 @@ std::string_view second_statement(std::string_view value) {
   const bool in_parentheses = begin > 0 && value[begin - 1] == '(';
   if (word.empty() || in_parentheses) return {};
   if (slash != std::string_view::npos) {
-    // A word that runs into it (DISPLY/ONGOTO/15): the longest one that is known.
-    for (std::size_t i = 0; i < word.size(); ++i)
-      if (stands(word.substr(i))) return word.substr(i);
+    if (stands(word)) return word;
+    // A word that runs into it (DISPLY/ONGOTO/15). Only such as no name ends with.
+    constexpr std::string_view kDistinct[] = {"GOTO",   "GODLTA", "CIRCLE", "CYCLE", "LOADTL",
+                                              "FEDRAT", "SPINDL", "UNITS",  "RAPID"};
+    for (const std::string_view known : kDistinct)
+      if (word.ends_with(known)) return known;
     return {};
   }
-  constexpr std::string_view kBare[] = {"RAPID", "GOHOME", "FINI", "STOP", "OPSTOP"};
   const bool behind_number = begin > 0 && value.find_first_not_of("0123456789.+-") == begin;
-  return behind_number && is_in(kBare, word) ? word : std::string_view{};
+  return behind_number && is_in(kBareWords, word) ? word : std::string_view{};
 }
 
 }  // namespace

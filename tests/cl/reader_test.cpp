@@ -89,7 +89,7 @@ TEST(Reader, NoStatementIsSwallowedByTheOneBefore) {
         << lost;
   // Text, units and names of others.
   for (const char* fine : {"PPRINT SEE GOTO/1,2,3", "INSERT G1 X1 (GOTO/)", "FEDRAT/100,MMPM", "PAINT/PATH",
-                           "MACHIN/POST/A,1", "SYN/'A','GOTO/1'"})
+                           "MACHIN/POST/A,1", "SYN/'A','GOTO/1'", "TOOLNAME/BALLHEAD/10", "PPFILE/MYCOPY/1"})
     EXPECT_THAT(joined(read("GOTO/0,0,9\n" + std::string(fine) + "\n" + points).findings),
                 ::testing::Not(::testing::HasSubstr("a second statement")))
         << fine;
