@@ -33,22 +33,6 @@ double cost(const EffectSet& set, const RunFactor& f, const std::vector<Eigen::I
   return set.criterion + (1.0 / (f.factor * f.factor) - 1.0) * left;
 }
 
-// The runs with most that the model does not explain first: of what fits nothing is wrong.
-std::vector<std::size_t> in_order_of_misfit(const Atoms& atoms) {
-  const auto& runs = atoms.observations().runs();
-  std::vector<std::pair<double, std::size_t>> order;
-  for (std::size_t run = 0; run < runs.size(); ++run) {
-    double sum = 0.0;
-    for (const Eigen::Index i : runs[run]) sum += std::pow(atoms.base().white[i], 2);
-    order.emplace_back(-sum, run);
-  }
-  std::sort(order.begin(), order.end());
-  std::vector<std::size_t> out;
-  for (const auto& [sum, run] : order)
-    if (!runs[run].empty()) out.push_back(run);
-  return out;
-}
-
 bool of_one_quantity(const Observations& o, std::size_t run, Quantity quantity) {
   return std::all_of(o.runs()[run].begin(), o.runs()[run].end(),
                      [&](Eigen::Index i) { return o.reading(i).quantity == quantity; });
@@ -65,6 +49,21 @@ std::vector<RunFactor> factors_of(const Observations& o, std::size_t run) {
 
 }  // namespace
 
+std::vector<std::size_t> in_order_of_misfit(const Observations& o, const VectorXd& white) {
+  const auto& runs = o.runs();
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t run = 0; run < runs.size(); ++run) {
+    double sum = 0.0;
+    for (const Eigen::Index i : runs[run]) sum += std::pow(white[i], 2);
+    order.emplace_back(-sum, run);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::size_t> out;
+  for (const auto& [sum, run] : order)
+    if (!runs[run].empty()) out.push_back(run);
+  return out;
+}
+
 RunFactors run_factors(const Atoms& all_shapes, const Atoms::Multiplicity& multiplicity, double level,
                        std::size_t depth) {
   const Observations& o = all_shapes.observations();
@@ -73,7 +72,7 @@ RunFactors run_factors(const Atoms& all_shapes, const Atoms::Multiplicity& multi
   const Atoms atoms = all_shapes.without_shapes();
   const double affordable = kAffordable / std::max(1.0, columns(atoms) * static_cast<double>(o.size()));
   std::vector<RunFactor> all;
-  for (const std::size_t run : in_order_of_misfit(atoms))
+  for (const std::size_t run : in_order_of_misfit(o, atoms.base().white))
     for (const RunFactor& f : factors_of(o, run))
       if (static_cast<double>(all.size()) < affordable) all.push_back(f);
   const double as_they_are = best(atoms, multiplicity, level, depth).criterion;

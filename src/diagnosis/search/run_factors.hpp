@@ -13,6 +13,10 @@ struct RunFactor {
   double gain = 0.0;              // in -2 ln of the evidence, each side with its own best effects
 };
 
+/// The runs of which the model leaves most first, by the sum of the squares of `white`; of what fits nothing
+/// is wrong. Empty runs are left out.
+std::vector<std::size_t> in_order_of_misfit(const Observations& o, const VectorXd& white);
+
 /// What was tried, and of it what does better than the readings as they are, best first.
 struct RunFactors {
   std::vector<RunFactor> better;

@@ -493,22 +493,11 @@ class Judge {
       }
   }
 
-  // The runs with most that the model does not explain: one whose directions or positions are wrong is among
-  // them.
+  // One whose directions or positions are wrong is among the runs that misfit most.
   std::vector<std::size_t> runs_that_misfit() const {
     const Observations o(machine_, data_);
-    const FitCore core = core_of(o, model_, {});
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t run = 0; run < o.runs().size(); ++run) {
-      double excess = -static_cast<double>(o.runs()[run].size());
-      for (const Eigen::Index i : o.runs()[run]) excess += std::pow(core.white[i], 2);
-      order.emplace_back(-excess, run);
-    }
-    std::sort(order.begin(), order.end());
-    order.resize(std::min(order.size(), kLookedAt));
-    std::vector<std::size_t> out;
-    out.reserve(order.size());
-    for (const auto& [excess, run] : order) out.push_back(run);
+    std::vector<std::size_t> out = in_order_of_misfit(o, core_of(o, model_, {}).white);
+    out.resize(std::min(out.size(), kLookedAt));
     return out;
   }
 

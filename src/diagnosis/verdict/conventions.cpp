@@ -128,22 +128,39 @@ class Listed {
         return;
       }
   }
+  // Of one run: the components of n that some reading has, those that are not all of one, the axes that move.
+  struct Seen {
+    std::array<bool, 3> along{}, beside{};
+    std::optional<MachineState> first;
+    std::set<AxisId> moves;
+  };
+  std::vector<Seen> seen_in_runs() const {
+    constexpr double kSeen = 1e-6;
+    std::vector<Seen> out(data_.context.runs.size());
+    for (const Reading& r : data_.readings) {
+      const MachineState now = data_.track.state(r.row);
+      Seen& seen = out[now.run];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double n = std::abs(r.n[static_cast<Eigen::Index>(k)]);
+        seen.along[k] = seen.along[k] || n > kSeen;
+        seen.beside[k] = seen.beside[k] || n < 1.0 - kSeen;
+      }
+      if (!seen.first) seen.first = now;
+      for (AxisId a = 0; a < machine_.axes.size(); ++a)
+        if (now.q[a] != seen.first->q[a]) seen.moves.insert(a);
+    }
+    return out;
+  }
   // A run in which no rotary axis turns has its part turned, at most, and shows no other frame.
   void frames_of_runs() {
     constexpr std::size_t kMostRuns = 12;
     const std::size_t runs = data_.context.runs.size();
     if (runs < 2 || runs > kMostRuns) return;
-    std::vector<std::optional<MachineState>> first(runs);
-    std::vector<bool> turns(runs);
-    for (const Reading& r : data_.readings) {
-      const MachineState now = data_.track.state(r.row);
-      auto& before = first[now.run];
-      if (!before) before = now;
-      for (const AxisId a : machine_.rotary_axes())
-        turns[now.run] = turns[now.run] || now.q[a] != before->q[a];
-    }
+    const std::vector<Seen> of = seen_in_runs();
+    const auto turns = [&](AxisId a) { return machine_.axes[a].kind == AxisKind::rotary; };
     for (std::size_t run = 0; run < runs; ++run)
-      if (turns[run]) add(ConventionKind::frame).run = run;
+      if (std::any_of(of[run].moves.begin(), of[run].moves.end(), turns))
+        add(ConventionKind::frame).run = run;
   }
   void swaps() {
     for (AxisId a = 0; a < machine_.axes.size(); ++a)
@@ -293,27 +310,9 @@ class Listed {
   // What whoever measured one run does: its directions, and the positions of the axes that move in it.
   void of_single_runs() {
     constexpr std::size_t kMostRuns = 24;
-    constexpr double kSeen = 1e-6;
-    struct Seen {
-      std::array<bool, 3> along{}, beside{};
-      std::optional<MachineState> first;
-      std::set<AxisId> moves;
-    };
     const std::size_t runs = data_.context.runs.size();
     if (runs < 2 || runs > kMostRuns) return;
-    std::vector<Seen> of(runs);
-    for (const Reading& r : data_.readings) {
-      const MachineState now = data_.track.state(r.row);
-      Seen& seen = of[now.run];
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double n = std::abs(r.n[static_cast<Eigen::Index>(k)]);
-        seen.along[k] = seen.along[k] || n > kSeen;
-        seen.beside[k] = seen.beside[k] || n < 1.0 - kSeen;
-      }
-      if (!seen.first) seen.first = now;
-      for (AxisId a = 0; a < machine_.axes.size(); ++a)
-        if (now.q[a] != seen.first->q[a]) seen.moves.insert(a);
-    }
+    const std::vector<Seen> of = seen_in_runs();
     for (std::size_t run = 0; run < runs; ++run) {
       const auto add_of_run = [&](ConventionKind kind) -> Convention& {
         Convention& c = add(kind);
