@@ -61,7 +61,7 @@ std::vector<std::string> unusual(const Machine& machine, const MachineReach& rea
                     shortest_text(*axis.rapid * kSecondsPerMinute * (rotary ? kDegreePerRad : 1.0)) +
                     (rotary ? " deg/min, is less than a turn a minute: is it in 1/min?"
                             : " mm/min, is less than 200: is it in m/min?"));
-    // The shortest travel that a table machine is sold with is 150 mm and 50 degrees.
+    // The shortest travels of the machines in postconfigs/makers are 90 mm and 145 degrees.
     constexpr double kShortest_mm = 20.0, kShortest_deg = 10.0;
     if (const double travel = (axis.max - axis.min) * (rotary ? kDegreePerRad : 1.0);
         axis.has_limits() && travel < (rotary ? kShortest_deg : kShortest_mm))
