@@ -1,6 +1,7 @@
 // Words between the cuts that a control executes and that nothing of the path shows: each is found by the
 // verification.
 #include <algorithm>
+#include <cctype>
 #include <gtest/gtest.h>
 #include <iomanip>
 #include <sstream>
@@ -386,14 +387,17 @@ TEST_F(EditedAroundTheCut, WhatIsOffAtAStopIsOff) {
       "PARTNO/S\nUNITS/MM\nLOADTL/4,LENGTH,120.5\nSPINDL/500,CLW\nCOOLNT/FLOOD\nRAPID\n"
       "GOTO/0,0,60,0,0,1\nFEDRAT/400,MMPM\nGOTO/0,0,20,0,0,1\nRAPID\nGOTO/0,0,60,0,0,1\nSPINDL/OFF\n"
       "COOLNT/OFF\nSTOP\nSPINDL/500,CLW\nCOOLNT/FLOOD\nRAPID\nGOTO/9,0,60,0,0,1\nGOTO/9,0,20,0,0,1\nFINI\n";
-  for (const std::string control : {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "haas_ngc", "iso", "hnc_8"}) {
+  for (const std::string control :
+       {"linuxcnc", "fanuc_30i", "siemens_840d_sl", "haas_ngc", "iso", "hnc_8", "heidenhain_tnc640"}) {
     const std::string nc = right(cl, control);
     std::istringstream in(nc);
     std::vector<std::string> lines;
     for (std::string line; std::getline(in, line);) lines.push_back(line);
     const auto word_of = [](const std::string& line) {
       const auto blank = line.find(' ');
-      return line[0] == 'N' && blank != std::string::npos ? line.substr(blank + 1) : line;
+      return blank != std::string::npos && (line[0] == 'N' || std::isdigit(line[0]) != 0)
+                 ? line.substr(blank + 1)
+                 : line;
     };
     const auto stop = std::find_if(lines.begin(), lines.end(),
                                    [&](const std::string& line) { return word_of(line) == "M0"; });
