@@ -7,6 +7,8 @@
 
 #include "trunnion/geom/linear_algebra.hpp"
 
+#include "diagnosis/fit/wander.hpp"
+
 namespace trunnion::diagnosis {
 namespace {
 
@@ -18,12 +20,6 @@ constexpr double kSureDeviations = 3.0;  // of the lag-1 correlation of white no
 constexpr std::array kPhi = {0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9};
 
 using Sequences = std::vector<std::vector<Eigen::Index>>;
-
-void sort_by_time(const Observations& o, Sequences& all) {
-  for (auto& s : all)
-    std::stable_sort(s.begin(), s.end(),
-                     [&](Eigen::Index a, Eigen::Index b) { return o.state(a).time_s < o.state(b).time_s; });
-}
 
 double lag_one(const VectorXd& r, const Sequences& sequences) {
   double c0 = 0.0, c1 = 0.0;
@@ -123,12 +119,7 @@ NoiseScale noise_scale(const Atoms& atoms, const Remainder& set, const MatrixXd&
   take_out(basis, r);
   NoiseScale out;
   out.dof = std::max(1.0, atoms.base().dof() - static_cast<double>(basis.cols()));
-  Sequences by_group = o.groups(), by_run = o.runs();
-  for (Sequences* sequences : {&by_group, &by_run}) {
-    for (auto& s : *sequences)
-      std::erase_if(s, [&](Eigen::Index i) { return !used[static_cast<std::size_t>(i)]; });
-    sort_by_time(o, *sequences);
-  }
+  const Sequences by_group = sequences_of(o, false, used), by_run = sequences_of(o, true, used);
   const Correlation group = correlation_along(atoms, basis, r, by_group, seed);
   const Correlation run = correlation_along(atoms, basis, r, by_run, seed + 1);
   const bool along_run = run.excess > group.excess;

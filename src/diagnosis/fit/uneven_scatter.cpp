@@ -58,6 +58,24 @@ void add_polynomial(const std::string& name, const VectorXd& x, std::vector<Term
   to.push_back(std::move(term));
 }
 
+// Which probe or beam took each reading: frame, quantity and line of n, numbered.
+std::vector<std::size_t> direction_of_readings(const Observations& o, std::size_t& count) {
+  constexpr double kSameLine = 0.99;  // cosine
+  std::vector<Eigen::Index> first;
+  std::vector<std::size_t> out;
+  for (Eigen::Index i = 0; i < o.size(); ++i) {
+    const Reading& r = o.reading(i);
+    const auto at = std::find_if(first.begin(), first.end(), [&](Eigen::Index k) {
+      const Reading& other = o.reading(k);
+      return other.quantity == r.quantity && other.frame == r.frame && std::abs(other.n.dot(r.n)) > kSameLine;
+    });
+    out.push_back(static_cast<std::size_t>(at - first.begin()));
+    if (at == first.end()) first.push_back(i);
+  }
+  count = first.size();
+  return out;
+}
+
 std::vector<Term> terms_of(const Observations& o) {
   std::vector<Term> out;
   std::vector<std::size_t> runs, quantities;
@@ -78,6 +96,9 @@ std::vector<Term> terms_of(const Observations& o) {
   for (Eigen::Index i = 0; i < o.size(); ++i) distance[i] = (place(i) - middle).norm();
   add_levels(o, "run", runs, o.data().context.runs.size(), out);
   add_levels(o, "quantity", quantities, 2, out);
+  std::size_t count = 0;
+  const std::vector<std::size_t> directions = direction_of_readings(o, count);
+  add_levels(o, "direction", directions, count, out);
   add_polynomial("distance", distance, out);
   for (AxisId a = 0; a < o.machine().axes.size(); ++a) {
     VectorXd q(o.size());

@@ -5,6 +5,7 @@
 
 #include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/fit/statistics.hpp"
+#include "diagnosis/verdict/wandering_readings.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -66,22 +67,13 @@ Worth worth(const MatrixXd& columns, const VectorXd& whole, const VectorXd& whit
   return out;
 }
 
-// A condition in place of effects.
-struct InPlace {
-  double ahead = -INFINITY;  // of what was named, in -2 ln
-  double chi2 = 0.0, dof = 1.0, gained = 0.0, parameters = 0.0;
-  const UnrecordedCondition* condition = nullptr;
-  double tau_s = INFINITY;
-  std::vector<const ModelEffect*> dropped, kept;
-
-  double per_degree() const { return chi2 / dof; }
-  std::string words() const {
-    if (!condition->goes_with_time) return condition->what;
-    return condition->what + (std::isinf(tau_s) ? ", steady with time"
-                                                : ", which settles with a time constant of about " +
-                                                      std::to_string(std::llround(tau_s)) + " s");
-  }
-};
+std::string words_of(const InPlace& best) {
+  const std::string& what = best.condition->what;
+  if (!best.condition->goes_with_time) return what;
+  return what + (std::isinf(best.tau_s) ? ", steady with time"
+                                        : ", which settles with a time constant of about " +
+                                              std::to_string(std::llround(best.tau_s)) + " s");
+}
 
 class Exchange {
  public:
@@ -226,14 +218,15 @@ std::vector<std::vector<std::string>> sets_without(const std::vector<std::vector
 // That the condition it is, and what the others show where it is of one run.
 void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
   const std::string instead = listed_ids(best.dropped);
-  const std::string better = best.words() + ", explains the readings better";
+  const std::string better = words_of(best) + ", explains the readings better";
   const auto& only_in = best.condition->only_in;
   if (only_in) d.rows.odd_runs = {o.data().context.runs[*only_in].id};
   d.confidence = std::min(d.confidence, kOfCondition);
   d.next.reset();
   const std::vector<std::vector<std::string>> others = sets_without(d.sets, ids_of(best.dropped));
   d.sets.clear();
-  if (only_in && !best.kept.empty()) {
+  if (best.condition->of_readings) d.formula.reset();
+  if ((only_in || best.condition->of_readings) && !best.kept.empty()) {
     const std::vector<std::string> kept = ids_of(best.kept);
     const bool only_noise = best.per_degree() < kOnlyNoise;
     std::erase_if(d.additions, [&](const ModelEffect& e) {
@@ -247,7 +240,18 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
                                   : Verdict::named_but_incomplete;
     d.paragraph =
         (others.size() > 1 ? "Missing in the model, or one of the other sets: " : "Missing in the model: ") +
-        listed_ids(best.kept) + ". " + instead + " is not: " + better + ". " + best.condition->remedy;
+        listed_ids(best.kept) + ". " + (instead.empty() ? "The formula" : instead) + " is not: " + better +
+        ". " + best.condition->remedy;
+    return;
+  }
+  if (best.condition->of_readings) {
+    d.verdict = Verdict::data_problem;
+    d.imitators = ids_of(best.dropped);
+    d.paragraph = "Nothing is proved that is missing in the model: " + better + " than " +
+                  (instead.empty() ? "the formula that follows them" : instead) + ". " +
+                  best.condition->remedy;
+    d.effects.clear();
+    d.additions.clear();
     return;
   }
   if (!best.condition->covariate.empty())
@@ -265,7 +269,7 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
 // Where nothing was named: what explains it all. A formula that does no better is none. That one run is
 // longer than the others is what a wrong scale of that run does, too.
 void say_what_explains(const InPlace& best, Diagnosis& d) {
-  const std::string words = best.words() + ". " + best.condition->remedy;
+  const std::string words = words_of(best) + ". " + best.condition->remedy;
   if (best.condition->only_in || (!best.condition->goes_with_time && !d.rows.odd_runs.empty())) {
     d.paragraph += " What would explain it: " + words;
     return;
@@ -275,6 +279,23 @@ void say_what_explains(const InPlace& best, Diagnosis& d) {
   d.paragraph =
       "The model misses something real that is none of the effects known here. What explains it: " + words +
       (d.formula ? formula_text(*d.formula) : "");
+}
+
+// Readings that wander, in place of effects, of a formula, of both.
+void say_that_they_wander(const Observations& o, const InPlace& best, Diagnosis& d) {
+  if (best.ahead > kThousandToOne) {
+    say_condition(o, best, d);
+    return;
+  }
+  const std::string instead = listed_ids(best.dropped);
+  d.imitators = ids_of(best.dropped);
+  if (d.verdict != Verdict::not_in_library) {
+    if (const std::vector<std::string> kept = ids_of(best.kept); !kept.empty()) d.sets.push_back(kept);
+    d.verdict = Verdict::ambiguous;
+  }
+  d.confidence = std::min(d.confidence, kBesideCondition);
+  d.paragraph += " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but these are " +
+                 words_of(best) + ": hardly to be told apart. " + best.condition->remedy;
 }
 
 }  // namespace
@@ -301,10 +322,20 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   if (whole.size() > kMostReadingsOfAll || whole.runs().size() > kMostRunsOfAll) return;
   const bool alike = left_out.size() == static_cast<std::size_t>(whole.size());
   const std::vector<ModelEffect> named = d.additions;
-  const Exchange exchange(whole, model, alike ? left_out : std::vector<bool>{}, named);
-  const InPlace best = best_exchange(exchange, named);
+  const std::vector<bool> flags = alike ? left_out : std::vector<bool>{};
+  const Exchange exchange(whole, model, flags, named);
+  InPlace best = best_exchange(exchange, named);
+  UnrecordedCondition wander;
+  if (const auto wandering = beside_wandering_readings(
+          whole, fit_core(whole, model, {.robust = false}, flags), named, d, wander);
+      wandering && wandering->ahead > best.ahead)
+    best = *wandering;
   if (best.condition == nullptr || best.ahead < -kThousandToOne) return;
   const bool only_noise = best.per_degree() < kOnlyNoise;
+  if (best.condition->of_readings) {
+    say_that_they_wander(whole, best, d);
+    return;
+  }
   if (d.formula && d.formula->chi2_after + kFormulaAhead * std::max(best.per_degree(), 1.0) < best.chi2)
     return;
   if (nothing_named) {
@@ -324,7 +355,7 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   d.imitators = ids_of(best.dropped);
   d.verdict = Verdict::ambiguous;
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph += " Or no " + listed_ids(best.dropped) + " is missing, but " + best.words() +
+  d.paragraph += " Or no " + listed_ids(best.dropped) + " is missing, but " + words_of(best) +
                  ": these readings hardly tell the two apart. " + best.condition->remedy;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,10 +20,22 @@ struct UnrecordedCondition {
   std::optional<std::size_t> only_in;                // a single run that shows it: the others stand
   bool goes_with_time = false;                       // steadily (tau infinite), or up to a time constant tau
   bool steady_is_known = false;                      // the library has the steady one
+  bool of_readings = false;                          // of how it was measured: no machine does it
   bool (*stands_for)(const ModelEffect&) = nullptr;  // what it may be taken for
   /// Derivative of the readings in its parameters, at this time constant (s).
   std::function<MatrixXd(double tau_s)> columns;
   VectorXd largest;  // of each parameter that is still such a condition, in the unit of the columns
+};
+
+/// A condition in place of effects that were named.
+struct InPlace {
+  double ahead = -INFINITY;  // of what was named, in -2 ln
+  double chi2 = 0.0, dof = 1.0, gained = 0.0, parameters = 0.0;
+  const UnrecordedCondition* condition = nullptr;
+  double tau_s = INFINITY;
+  std::vector<const ModelEffect*> dropped, kept;
+
+  double per_degree() const { return chi2 / dof; }
 };
 
 /// Translations of the tool, of a rotary axis, of the part, that begin with each of some runs.

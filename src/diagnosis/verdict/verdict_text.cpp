@@ -467,6 +467,7 @@ std::string uneven_text(const UnevenScatter& scatter) {
     if (!by.empty()) by += " and ";
     by += name == "run"        ? "from run to run"
           : name == "quantity" ? "between displacements and rotations"
+          : name == "direction" ? "from one direction of reading to another"
           : name == "distance" ? "with the distance from the middle of the places"
                                : "along " + name;
   }
