@@ -24,6 +24,7 @@ enum class ConventionKind : std::uint8_t {
   stacking_order,   // of two rotary axes that carry the part the other one stands on the bed
   component_sense,  // one component of n has the wrong sign
   frame,            // n is given in the axes of the other frame
+  motion_sense,     // the sense of motion (`dir_`) of an axis that is always the same, whichever way it goes
   position_offset,  // positions count from another zero than the machine file's
   compensated       // measured while the control took out what the model says
 };

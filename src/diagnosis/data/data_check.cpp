@@ -276,6 +276,7 @@ std::vector<std::string> far_off(const Observations& o) {
 // another axis'.
 struct SensesOfSteps {
   std::size_t agree = 0, up = 0, down = 0;  // up, down: the other way, of either stated sense
+  bool stated_up = false, stated_down = false;
   Eigen::Index example = -1;
   // Nearly all rows, both senses among them. (A place that is approached by overshooting it, always from one
   // side, states one.)
@@ -284,6 +285,12 @@ struct SensesOfSteps {
     return std::min(up, down) >= kFewest && kOtherThanOne * agree <= up + down;
   }
   bool follow() const { return agree > 10 * (up + down); }
+  bool one_sided() const {
+    constexpr std::size_t kFewest = 3;
+    constexpr std::size_t kOfAll = 10;  // one step back of as many may be the start of a further pass
+    return (up == 0 || down == 0) && up + down >= kFewest && kOfAll * (up + down) >= agree + up + down &&
+           stated_up != stated_down;
+  }
 };
 
 SensesOfSteps senses_of_steps(const Observations& o, const std::vector<Eigen::Index>& rows, AxisId of,
@@ -294,6 +301,7 @@ SensesOfSteps senses_of_steps(const Observations& o, const std::vector<Eigen::In
     const MachineState before = o.state(rows[k - 1]), now = o.state(rows[k]);
     const double by = now.q[at] - before.q[at];
     if (std::abs(by) < kMoves || now.direction[of] == 0 || !(now.time_s > before.time_s)) continue;
+    (now.direction[of] > 0 ? out.stated_up : out.stated_down) = true;
     if ((by > 0.0) == (now.direction[of] > 0)) {
       ++out.agree;
     } else {
@@ -304,13 +312,18 @@ SensesOfSteps senses_of_steps(const Observations& o, const std::vector<Eigen::In
   return out;
 }
 
+std::vector<Eigen::Index> in_time(const Observations& o, std::vector<Eigen::Index> rows) {
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return o.state(a).time_s < o.state(b).time_s; });
+  return rows;
+}
+
 // The sense of the last motion that a run states of an axis, against its positions. Where it is that of
 // another axis' positions their columns are exchanged, which is for the conventions to say.
 std::string senses_against_positions(const Observations& o) {
   const auto& axes = o.machine().axes;
-  for (auto rows : o.runs()) {
-    std::stable_sort(rows.begin(), rows.end(),
-                     [&](Eigen::Index a, Eigen::Index b) { return o.state(a).time_s < o.state(b).time_s; });
+  for (const auto& run : o.runs()) {
+    const std::vector<Eigen::Index> rows = in_time(o, run);
     for (AxisId axis = 0; axis < axes.size(); ++axis) {
       const SensesOfSteps own = senses_of_steps(o, rows, axis, axis);
       if (!own.contradict()) continue;
@@ -330,6 +343,16 @@ std::string senses_against_positions(const Observations& o) {
 }
 
 }  // namespace
+
+std::vector<OneSidedSense> one_sided_senses(const Observations& o) {
+  std::vector<OneSidedSense> out;
+  for (std::size_t run = 0; run < o.runs().size(); ++run) {
+    const std::vector<Eigen::Index> rows = in_time(o, o.runs()[run]);
+    for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis)
+      if (senses_of_steps(o, rows, axis, axis).one_sided()) out.push_back({run, axis});
+  }
+  return out;
+}
 
 std::string contradiction(const Observations& o) {
   for (const auto& check : {same_runs, same_moment, senses_against_positions})

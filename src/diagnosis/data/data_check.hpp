@@ -14,6 +14,14 @@ std::string contradiction(const Observations& observations);
 /// kind.
 std::vector<std::string> row_problems(const Observations& observations);
 
+/// Runs that state one sense of an axis (`dir_`) throughout, which its positions do not go in. That is a
+/// column that was not written, or every place was approached from one side.
+struct OneSidedSense {
+  std::size_t run = 0;
+  AxisId axis = 0;
+};
+std::vector<OneSidedSense> one_sided_senses(const Observations& observations);
+
 /// Of each reading, whether it is a single one far off.
 std::vector<bool> far_readings(const Observations& observations);
 

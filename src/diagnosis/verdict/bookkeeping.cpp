@@ -342,6 +342,7 @@ class Judge {
       case ConventionKind::stacking_order:
       case ConventionKind::component_sense:
       case ConventionKind::frame:
+      case ConventionKind::motion_sense:
       case ConventionKind::position_offset:
       case ConventionKind::compensated:
         return true;
@@ -787,8 +788,9 @@ class Judge {
     Bookkeeping out;
     out.convention = c;
     const auto name = [&](AxisId a) { return machine_.axes[a].name; };
-    if (c.kind == ConventionKind::axis_sense) out.axis = name(c.axes.front());
-    if (c.kind != ConventionKind::axis_sense)
+    const bool of_one_axis = c.kind == ConventionKind::axis_sense || c.kind == ConventionKind::motion_sense;
+    if (of_one_axis) out.axis = name(c.axes.front());
+    if (!of_one_axis)
       for (const AxisId a : c.axes) out.axes.push_back(name(a));
     for (const int k : c.components) out.components.push_back(std::string("n_") + "xyz"[k]);
     for (std::size_t k = 0; k < c.by_position.size(); ++k) {

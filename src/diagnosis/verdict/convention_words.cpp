@@ -155,6 +155,11 @@ std::string told(const Bookkeeping& b, const Machine& machine, const Dataset& da
       return "The column frame" + of_run + " in " + listed_files(data, c) +
              " is wrong: the directions n are given in the axes of the " +
              (says_part(data, c) ? "machine, not of the part" : "part, not of the machine");
+    case ConventionKind::motion_sense:
+      return "The column dir_" + b.axis + of_run + " in " + listed_files(data, c.run) +
+             " says one sense throughout, while " + b.axis +
+             " goes both ways in the order of the times, and the readings go with the positions: write the "
+             "sense of the last motion in it";
     case ConventionKind::position_offset:
       return "The positions in " + joined_columns(machine, b.axes) + of_run + " in " +
              listed_files(data, c.run) + " count from another zero than the machine file: add " + offsets(b) +

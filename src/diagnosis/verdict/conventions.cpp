@@ -7,6 +7,7 @@
 #include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
 
+#include "diagnosis/data/data_check.hpp"
 #include "diagnosis/fit/observations.hpp"
 #include "diagnosis/search/run_factors.hpp"
 #include "diagnosis/verdict/ball_place.hpp"
@@ -74,6 +75,7 @@ class Listed {
     of_files();
     compensation();
     of_single_runs();
+    motions();
     return std::move(out_);
   }
 
@@ -339,6 +341,17 @@ class Listed {
     }
   }
 
+  // A column that says one sense throughout: of each run in which it does.
+  void motions() {
+    constexpr std::size_t kMost = 24;
+    const std::vector<OneSidedSense> found = one_sided_senses(Observations(machine_, data_));
+    for (std::size_t k = 0; k < std::min(found.size(), kMost); ++k) {
+      Convention& c = add(ConventionKind::motion_sense);
+      c.axes = {found[k].axis};
+      c.run = found[k].run;
+    }
+  }
+
   // Runs, and files of several, in which the model says more than noise.
   void compensation() {
     constexpr std::size_t kMostRuns = 12;
@@ -426,6 +439,8 @@ std::string_view text_of(ConventionKind kind) {
       return "component_sense";
     case ConventionKind::frame:
       return "frame";
+    case ConventionKind::motion_sense:
+      return "motion_sense";
     case ConventionKind::position_offset:
       return "position_offset";
     case ConventionKind::compensated:

@@ -96,4 +96,29 @@ std::vector<UnrecordedCondition> moved_in_run(const Observations& o) {
   return out;
 }
 
+std::vector<UnrecordedCondition> scaled_runs(const Observations& o, const Model& fitted) {
+  constexpr double kLargestFactor = 30.0;  // more is another unit, a mistake of the files
+  std::vector<UnrecordedCondition> out;
+  const std::vector<std::size_t> runs = runs_of_some_size(o);
+  if (runs.size() < 2 || fitted.effects.empty()) return out;
+  const VectorXd says = o.predicted(fitted);
+  for (const std::size_t run : runs) {
+    MatrixXd column = MatrixXd::Zero(o.size(), 1);
+    for (const Eigen::Index i : o.runs()[run]) column(i, 0) = says[i];
+    if (column.norm() == 0.0) continue;
+    UnrecordedCondition one;
+    one.what = "a wrong scale of the readings of run '" + o.data().context.runs[run].id + "' alone";
+    one.remedy =
+        "Check the calibration of that run's probe or instrument and the unit of its readings, and measure it "
+        "once more.";
+    one.only_in = run;
+    one.is_factor = true;
+    one.stands_for = [](const ModelEffect& effect) { return is_thermal(effect) || is_of_axes(effect); };
+    one.columns = [column](double) { return column; };
+    one.largest = VectorXd::Constant(1, kLargestFactor);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 }  // namespace trunnion::diagnosis

@@ -83,6 +83,23 @@ void move_part(Parts& parts, const Machine& machine, const Dataset& data, const 
   }
 }
 
+// The sense of the last step of the positions, in the order of time.
+void take_senses_from_positions(Parts& parts, const Convention& c) {
+  const AxisId axis = c.axes.front();
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < parts.states.size(); ++i)
+    if (of_its_run(parts, i, c)) rows.push_back(i);
+  std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
+    return parts.states[a].time_s < parts.states[b].time_s;
+  });
+  for (std::size_t k = 1; k < rows.size(); ++k) {
+    MachineState& now = parts.states[rows[k]];
+    const MachineState& before = parts.states[rows[k - 1]];
+    const double by = now.q[axis] - before.q[axis];
+    now.direction[axis] = by > 0.0 ? std::int8_t{1} : by < 0.0 ? std::int8_t{-1} : before.direction[axis];
+  }
+}
+
 // What the control took out, by the model's values as they are given, is put back.
 void put_compensation_back(Parts& parts, const Machine& machine, const Model& model, const Dataset& data,
                            const Convention& c) {
@@ -212,6 +229,9 @@ PutRight put_right(const Machine& machine, const Model& model, const Dataset& da
         if (!concerns(data, r, c)) continue;
         r.frame = r.frame == SensitivityFrame::part ? SensitivityFrame::machine : SensitivityFrame::part;
       }
+      break;
+    case ConventionKind::motion_sense:
+      take_senses_from_positions(parts, c);
       break;
     case ConventionKind::position_offset:
       move_positions(parts, c);

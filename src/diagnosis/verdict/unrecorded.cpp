@@ -32,6 +32,7 @@ bool is_steady_drift(const ModelEffect& effect) {
 // which they are no explanation; empty: any.
 struct Worth {
   double gained = 0.0, count = 0.0;
+  VectorXd coefficients;  // of those that were taken
 };
 Worth worth(const MatrixXd& columns, const VectorXd& whole, const VectorXd& white, double price,
             const VectorXd& largest) {
@@ -61,14 +62,16 @@ Worth worth(const MatrixXd& columns, const VectorXd& whole, const VectorXd& whit
   }
   if (chosen.empty() || largest.size() == 0) return out;
   const MatrixXd used = columns(Eigen::all, chosen);
-  const VectorXd coefficients = used.householderQr().solve(white);
+  out.coefficients = used.householderQr().solve(white);
   for (std::size_t k = 0; k < chosen.size(); ++k)
-    if (std::abs(coefficients[static_cast<Eigen::Index>(k)]) > largest[chosen[k]]) return {};
+    if (std::abs(out.coefficients[static_cast<Eigen::Index>(k)]) > largest[chosen[k]]) return {};
   return out;
 }
 
 std::string words_of(const InPlace& best) {
   const std::string& what = best.condition->what;
+  if (best.condition->is_factor)
+    return what + " (" + short_number(best.factor) + " times as large as the model says)";
   if (!best.condition->goes_with_time) return what;
   return what + (std::isinf(best.tau_s) ? ", steady with time"
                                         : ", which settles with a time constant of about " +
@@ -80,8 +83,10 @@ class Exchange {
   Exchange(const Observations& whole, const Model& model, std::vector<bool> flags,
            const std::vector<ModelEffect>& named)
       : o_(whole), model_(model), flags_(std::move(flags)) {
-    for (const auto& make : {drifts, growth_by_run, reversals, displaced_tools, moved_in_run})
+    for (const auto& make : {drifts, growth_by_run, growth_laws, reversals, displaced_tools, moved_in_run})
       for (UnrecordedCondition& one : make(whole)) conditions_.push_back(std::move(one));
+    const FitCore as_given = fit_core(o_, model_, {.robust = false}, flags_);
+    for (UnrecordedCondition& one : scaled_runs(whole, as_given.model)) conditions_.push_back(std::move(one));
     Model with_all = model_;
     with_all.effects.insert(with_all.effects.end(), named.begin(), named.end());
     const FitCore all = fit_core(o_, with_all, {.robust = false}, flags_);
@@ -152,6 +157,7 @@ class Exchange {
     best.parameters = worth.count + shapes;
     best.condition = &one;
     best.tau_s = tau_s;
+    if (one.is_factor) best.factor = 1.0 + worth.coefficients[0];
   }
   void try_all(const UnrecordedCondition& one, const FitCore& plain, double handicap, InPlace& best) const {
     if (!one.steady_is_known) try_one(one, INFINITY, plain, handicap, best);

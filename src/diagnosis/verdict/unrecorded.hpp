@@ -21,6 +21,7 @@ struct UnrecordedCondition {
   bool goes_with_time = false;                       // steadily (tau infinite), or up to a time constant tau
   bool steady_is_known = false;                      // the library has the steady one
   bool of_readings = false;                          // of how it was measured: no machine does it
+  bool is_factor = false;                            // its parameter, and 1, is one of the readings
   bool (*stands_for)(const ModelEffect&) = nullptr;  // what it may be taken for
   /// Derivative of the readings in its parameters, at this time constant (s).
   std::function<MatrixXd(double tau_s)> columns;
@@ -32,7 +33,7 @@ struct InPlace {
   double ahead = -INFINITY;  // of what was named, in -2 ln
   double chi2 = 0.0, dof = 1.0, gained = 0.0, parameters = 0.0;
   const UnrecordedCondition* condition = nullptr;
-  double tau_s = INFINITY;
+  double tau_s = INFINITY, factor = 1.0;
   std::vector<const ModelEffect*> dropped, kept;
 
   double per_degree() const { return chi2 / dof; }
@@ -47,6 +48,10 @@ std::vector<UnrecordedCondition> growth_by_run(const Observations& observations)
 std::vector<UnrecordedCondition> reversals(const Observations& observations);
 /// The measured point of one tool or ball that is not where its columns say.
 std::vector<UnrecordedCondition> displaced_tools(const Observations& observations);
+/// A spindle that grows by another power of its speed, or with two time constants.
+std::vector<UnrecordedCondition> growth_laws(const Observations& observations);
+/// A run whose readings are larger or smaller than they are, by one factor: what the fitted model says of it.
+std::vector<UnrecordedCondition> scaled_runs(const Observations& observations, const Model& fitted);
 /// The measured point, a rotary axis or a scale that is another one in a single run.
 std::vector<UnrecordedCondition> moved_in_run(const Observations& observations);
 
