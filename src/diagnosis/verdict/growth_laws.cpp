@@ -8,7 +8,7 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kLargest_mm = 0.5;      // in the end, at the usual speed: ten times what spindles do
+constexpr double kLargestGrowth_mm = 0.5;      // in the end, at the usual speed: ten times what spindles do
 constexpr double kUsual_rpm = 10'000.0;  // the usual speed: all powers of it are as large there
 
 bool stands_beside_growth(const ModelEffect& effect) {
@@ -61,7 +61,7 @@ std::vector<UnrecordedCondition> growth_laws(const Observations& o) {
     one.goes_with_time = one.steady_is_known = true;
     one.stands_for = stands_for;
     one.columns = [&o, power](double tau_s) { return growth(o, power, tau_s); };
-    one.largest = VectorXd::Constant(2, kLargest_mm);
+    one.largest = VectorXd::Constant(2, kLargestGrowth_mm);
     out.push_back(std::move(one));
   };
   add(1.0, "with its speed by a second time constant", stands_beside_growth);
