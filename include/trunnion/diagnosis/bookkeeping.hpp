@@ -65,6 +65,8 @@ struct Convention {
         kind == ConventionKind::axis_sense || (kind == ConventionKind::unit && !axes.empty());
     return run.has_value() && (of_directions || of_positions);
   }
+  /// The file contradicts itself there: it was not chosen among many that might be wrong.
+  bool shows_in_the_file() const { return kind == ConventionKind::motion_sense; }
   /// Not of all readings that were given.
   bool of_a_part() const { return run.has_value() || file.has_value(); }
 };

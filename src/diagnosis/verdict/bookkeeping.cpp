@@ -411,7 +411,8 @@ class Judge {
     t.with_found = with_lost(least_figures(o, core_found, scale), lost);
     // Of one run, and where all that was found does as well beside it: else one effect less does not either.
     const auto fewer_may = [&] {
-      return t.what.of_a_part() && t.with_found.deviance < found_as_given_.deviance + kEvidence;
+      return t.what.shows_in_the_file() ||
+             (t.what.of_a_part() && t.with_found.deviance < found_as_given_.deviance + kEvidence);
     };
     std::vector<std::pair<Model, FitCore>> fewer;
     for (std::size_t k = 0; fewer_may() && k < columns_without_.size(); ++k) {
@@ -639,7 +640,8 @@ class Judge {
     const double share = (before.of_readings() - after.of_readings()) / (before.of_readings() - after.floor);
     const double evidence = (best.deviance - after.deviance) / scale +
                             (best.parameters - after.parameters) * n +
-                            selection(best_effects - needed_effects) - price(t.what) - 2.0 * std::log(tried_);
+                            selection(best_effects - needed_effects) - price(t.what) -
+                            (t.what.shows_in_the_file() ? 0.0 : 2.0 * std::log(tried_));
     const double better = off_by(best) / off_by(after);
     if (after.reduced() < kLeastNoise || absurd(beside.additions)) return std::nullopt;
     // A collision between two files looks much like it, and leaves 2.2.

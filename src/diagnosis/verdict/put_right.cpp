@@ -83,7 +83,8 @@ void move_part(Parts& parts, const Machine& machine, const Dataset& data, const 
   }
 }
 
-// The sense of the last step of the positions, in the order of time.
+// The sense of the last step of the positions, in the order of time. A place that was read again before the
+// axis went back was approached from beyond it.
 void take_senses_from_positions(Parts& parts, const Convention& c) {
   const AxisId axis = c.axes.front();
   std::vector<std::size_t> rows;
@@ -92,11 +93,15 @@ void take_senses_from_positions(Parts& parts, const Convention& c) {
   std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
     return parts.states[a].time_s < parts.states[b].time_s;
   });
+  const auto at = [&](std::size_t k) -> MachineState& { return parts.states[rows[k]]; };
+  const auto sense = [](double by) { return static_cast<std::int8_t>((by > 0.0) - (by < 0.0)); };
   for (std::size_t k = 1; k < rows.size(); ++k) {
-    MachineState& now = parts.states[rows[k]];
-    const MachineState& before = parts.states[rows[k - 1]];
-    const double by = now.q[axis] - before.q[axis];
-    now.direction[axis] = by > 0.0 ? std::int8_t{1} : by < 0.0 ? std::int8_t{-1} : before.direction[axis];
+    std::size_t next = k;
+    while (next < rows.size() && at(next).q[axis] == at(k - 1).q[axis]) ++next;
+    const bool again = next > k && at(k).time_s > at(k - 1).time_s;
+    at(k).direction[axis] = next == k                    ? sense(at(k).q[axis] - at(k - 1).q[axis])
+                            : again && next < rows.size() ? sense(at(next).q[axis] - at(k).q[axis])
+                                                          : at(k - 1).direction[axis];
   }
 }
 
