@@ -50,7 +50,10 @@ constexpr double kNoiseBeside = 1.1;   // chi-square per degree of freedom besid
 constexpr double kUneasyRest = 0.05;
 constexpr double kBesideAFormula = 0.9;        // of effects beside which a formula does what others did
 constexpr double kBesideAWanderingBall = 0.7;  // confidence where positions of a run may be wrong
+constexpr double kOfPositionsAlone = 0.85;     // of a mistake that a ball would show, and no reading does
 constexpr double kBesideAPart = 0.7, kBesideOneFunction = 0.8;
+// p of an effect from which weights that were estimated change nothing.
+constexpr double kSureBesideWeights = 1e-6;
 constexpr double kAsSimple = 6.8;  // evidence ratio of 1 : 30, in -2 ln
 // What is in the library is known physics of such machines, and one of the thousands of functions follows two
 // effects closely by chance: odds of 100 : 1, in -2 ln, in favour of effects that leave only noise.
@@ -744,6 +747,11 @@ bool could_imitate_a_part(const Diagnosis& d) {
          });
 }
 
+// That a ball would stand still is all that speaks for a mistake in the positions of one run.
+bool readings_say_nothing(const Bookkeeping& said) {
+  return said.convention.run && said.chi2_after > said.chi2_before - kThousandToOne;
+}
+
 void nothing_but(Diagnosis& d, ProposedFormula formula) {
   const std::vector<std::string> imitators = d.effects;
   forget_effects(d);
@@ -840,7 +848,7 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       d.formula = std::move(part);
       if (d.verdict == Verdict::named) d.verdict = Verdict::ambiguous;
       d.confidence = std::min(d.confidence, kBesideAPart);
-      d.paragraph +=
+      d.paragraph = kTwoExplanations + d.paragraph +
           " Or no such effect is missing, but an error that acts in a part only, and these readings "
           "hardly tell the two apart: read more positions at the ends of that part." +
           formula_text(*d.formula);
@@ -925,7 +933,9 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     out = diagnose(machine, weighed(data, *first.scatter()), given, once, extra);
     out.scatter.uneven = first.scatter();
     // What scatters may be an error that goes up and down between the places that were read.
-    if (out.verdict == Verdict::nothing_to_find) out.confidence = std::min(out.confidence, kOfUneven);
+    const bool sure = !out.effects.empty() && !out.ranking.empty() &&
+                      out.ranking.front().p_value < kSureBesideWeights;
+    if (!sure) out.confidence = std::min(out.confidence, kOfUneven);
     out.paragraph += uneven_text(*out.scatter.uneven);
     return out;
   }
@@ -943,8 +953,14 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
   }
   out.verdict = Verdict::bookkeeping;
   out.confidence = out.bookkeeping.size() == 1 ? kOfConvention : kAmongSets;
+  const bool positions_alone = wrong.proved && readings_say_nothing(out.bookkeeping.front());
+  if (positions_alone) out.confidence = std::min(out.confidence, kOfPositionsAlone);
   forget_effects(out);
   out.paragraph = bookkeeping_text(out.bookkeeping);
+  if (positions_alone)
+    out.paragraph +=
+        " The readings fit either way: if that run followed no ball, but a point that was led about on the "
+        "part on purpose, its positions are right.";
   return out;
 }
 

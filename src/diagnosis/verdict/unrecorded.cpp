@@ -83,7 +83,8 @@ class Exchange {
   Exchange(const Observations& whole, const Model& model, std::vector<bool> flags,
            const std::vector<ModelEffect>& named)
       : o_(whole), model_(model), flags_(std::move(flags)) {
-    for (const auto& make : {drifts, growth_by_run, growth_laws, reversals, displaced_tools, moved_in_run})
+    for (const auto& make : {drifts, growth_by_run, growth_laws, temperature_gradients, reversals,
+                             displaced_tools, moved_in_run})
       for (UnrecordedCondition& one : make(whole)) conditions_.push_back(std::move(one));
     const FitCore as_given = fit_core(o_, model_, {.robust = false}, flags_);
     for (UnrecordedCondition& one : scaled_runs(whole, as_given.model)) conditions_.push_back(std::move(one));
@@ -300,7 +301,7 @@ void say_that_they_wander(const Observations& o, const InPlace& best, Diagnosis&
     d.verdict = Verdict::ambiguous;
   }
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph += " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but these are " +
+  d.paragraph = kTwoExplanations + d.paragraph + " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but these are " +
                  words_of(best) + ": hardly to be told apart. " + best.condition->remedy;
 }
 
@@ -361,7 +362,7 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   d.imitators = ids_of(best.dropped);
   d.verdict = Verdict::ambiguous;
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph += " Or no " + listed_ids(best.dropped) + " is missing, but " + words_of(best) +
+  d.paragraph = kTwoExplanations + d.paragraph + " Or no " + listed_ids(best.dropped) + " is missing, but " + words_of(best) +
                  ": these readings hardly tell the two apart. " + best.condition->remedy;
 }
 

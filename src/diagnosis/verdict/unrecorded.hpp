@@ -50,6 +50,8 @@ std::vector<UnrecordedCondition> reversals(const Observations& observations);
 std::vector<UnrecordedCondition> displaced_tools(const Observations& observations);
 /// A spindle that grows by another power of its speed, or with two time constants.
 std::vector<UnrecordedCondition> growth_laws(const Observations& observations);
+/// A joint that moves or bends with a temperature, or with the difference of two.
+std::vector<UnrecordedCondition> temperature_gradients(const Observations& observations);
 /// A run whose readings are larger or smaller than they are, by one factor: what the fitted model says of it.
 std::vector<UnrecordedCondition> scaled_runs(const Observations& observations, const Model& fitted);
 /// The measured point, a rotary axis or a scale that is another one in a single run.

@@ -8,6 +8,9 @@ namespace trunnion::diagnosis {
 /// What a person should know and do, for the verdict that `d` holds.
 std::string paragraph(const Diagnosis& d, const Atoms& atoms, const EffectSet& found);
 
+/// What a text begins with in which something else stands beside effects that are named.
+inline const std::string kTwoExplanations = "Two explanations fit these readings. ";
+
 /// "1.2 um and 3.4 urad RMS": what was measured.
 std::string sizes_text(std::optional<double> um, std::optional<double> urad);
 
