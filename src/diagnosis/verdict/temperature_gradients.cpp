@@ -64,8 +64,7 @@ std::vector<UnrecordedCondition> temperature_gradients(const Observations& o) {
   for (const Signal_K& signal : signals(o))
     for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
       UnrecordedCondition one;
-      one.what = "a joint of " + o.machine().axes[axis].name + " that moves, or bends along its way, with " +
-                 signal.name;
+      one.what = "a shift, tilt or bend of joint " + o.machine().axes[axis].name + " that follows " + signal.name;
       one.remedy = "Measure once more at another temperature, and write it as a formula in the model file.";
       one.covariate = signal.name;
       one.stands_for = is_of_setup;

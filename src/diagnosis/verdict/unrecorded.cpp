@@ -13,6 +13,8 @@ namespace {
 constexpr double kBesideCondition = 0.7, kOfCondition = 0.9;
 // Evidence of 100 : 1 in favour of errors of axes, in -2 ln: nearly all readings are taken in some order.
 constexpr double kAxesErr = 9.2;
+// A spindle that grows with its speed is what spindles do; another power of it must be proved.
+constexpr double kSpindlesGrow = 2.0 * kThousandToOne;
 constexpr double kFormulaAhead = 50.0;  // in chi-square, of a formula that follows the readings nearer
 constexpr double kOnlyNoise = 1.25;     // chi-square per degree of freedom
 // From what a spindle or a clamp takes to what a casting takes, by factors of 1.65.
@@ -110,7 +112,8 @@ class Exchange {
     for (const ModelEffect* effect : out.kept) rest.effects.push_back(*effect);
     const FitCore plain = fit_core(o_, rest, {.robust = false}, flags_);
     const double handicap = paid(out.dropped, plain) - 2.0 * std::log(static_cast<double>(fitting.size())) -
-                            (known_physics(out.dropped) ? kAxesErr : 0.0);
+                            (known_physics(out.dropped) ? kAxesErr : 0.0) -
+                            (is_growth_alone(out.dropped) ? kSpindlesGrow : 0.0);
     for (const UnrecordedCondition* one : fitting) try_all(*one, plain, handicap, out);
     return out;
   }
@@ -120,6 +123,9 @@ class Exchange {
   static bool known_physics(const std::vector<const ModelEffect*>& dropped) {
     return !dropped.empty() &&
            std::all_of(dropped.begin(), dropped.end(), [](const ModelEffect* e) { return is_of_axes(*e); });
+  }
+  static bool is_growth_alone(const std::vector<const ModelEffect*>& dropped) {
+    return dropped.size() == 1 && dropped.front()->id() == "spindle_growth";
   }
   double price(Eigen::Index columns) const {
     return std::log(static_cast<double>(o_.size())) +
@@ -277,7 +283,8 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
 // longer than the others is what a wrong scale of that run does, too.
 void say_what_explains(const InPlace& best, Diagnosis& d) {
   const std::string words = words_of(best) + ". " + best.condition->remedy;
-  if (best.condition->only_in || (!best.condition->goes_with_time && !d.rows.odd_runs.empty())) {
+  const bool blames_a_run = !d.rows.odd_runs.empty() && best.condition->covariate.empty();
+  if (best.condition->only_in || (!best.condition->goes_with_time && blames_a_run)) {
     d.paragraph += " What would explain it: " + words;
     return;
   }
@@ -301,7 +308,7 @@ void say_that_they_wander(const Observations& o, const InPlace& best, Diagnosis&
     d.verdict = Verdict::ambiguous;
   }
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph = kTwoExplanations + d.paragraph + " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but these are " +
+  d.paragraph = kTwoExplanations + d.paragraph + " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but this is " +
                  words_of(best) + ": hardly to be told apart. " + best.condition->remedy;
 }
 

@@ -196,7 +196,7 @@ std::string words_of(const Wander& wander, const Observations& o) {
     if (o.reading(i).quantity == o.reading(0).quantity) u.push_back(o.reading(i).u_random);
   std::nth_element(u.begin(), u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2), u.end());
   const bool length = o.reading(0).quantity == Quantity::displacement;
-  return "readings that wander by " +
+  return "an instrument that wanders by " +
          short_number(wander.size * u[u.size() / 2] / (length ? kMmPerUm : kRadPerUrad)) +
          (length ? " um" : " urad") + " within some " + std::to_string(std::llround(wander.length)) +
          (wander.along_run ? " readings" : " readings of one direction");
