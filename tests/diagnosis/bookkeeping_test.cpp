@@ -120,6 +120,26 @@ TEST(LongBookkeeping, DirectionsAndPositionsOfOneRun) {
   }
 }
 
+// An export that writes 1 in dir_X whichever way X goes. Before: `named: step + backlash:X` with 0.985.
+TEST(LongBookkeeping, ASenseOfMotionThatIsAlwaysTheSame) {
+  for (const std::uint64_t seed : {7U, 8U, 9U}) {
+    Files files(seed, "[[effect]]\nid = \"backlash:X\"\n[effect.parameters]\nb_um = 6\n");
+    std::vector<MachineState> states;
+    for (std::size_t row = 0; row < files.data.track.size(); ++row) {
+      states.push_back(files.data.track.state(row));
+      if (files.data.context.runs[states.back().run].id == "laser_x") states.back().direction[0] = 1;
+    }
+    Dataset stuck = make_dataset(files.data.context, states, files.data.rows, files.data.readings);
+    stuck.files = files.data.files;
+    files.data = std::move(stuck);
+    const Diagnosis d = files.said();
+    EXPECT_TRUE(d.verdict == Verdict::bookkeeping || d.verdict == Verdict::ambiguous) << told_by(d);
+    ASSERT_FALSE(d.bookkeeping.empty()) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().convention.kind, ConventionKind::motion_sense) << told_by(d);
+    EXPECT_EQ(d.bookkeeping.front().run, "laser_x") << told_by(d);
+  }
+}
+
 // The campaign of sample 02: the model lacks two effects, and one run of few readings is wrong, too.
 struct Sample02 {
   Machine machine = test::shipped_machine("trunnion_offset");

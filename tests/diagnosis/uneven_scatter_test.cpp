@@ -99,6 +99,20 @@ void even_noise_is_not_uneven(std::uint64_t first, std::uint64_t last) {
     }
 }
 
+// A probe that is noisier along Z than along X and Y. Before: an effect that the library lacks, or four that
+// it has.
+TEST(LongUnevenScatter, OfOneDirectionMakesNoCauses) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Case c("", seed);
+    const Dataset data = scattered(
+        c.even, seed, [](const Dataset&, const Reading& r) { return std::abs(r.n.z()) > 0.9 ? 3.2 : 1.0; });
+    const Diagnosis d = c.said_of(data);
+    EXPECT_TRUE(d.effects.empty() || d.confidence <= 0.9) << seed << ": " << d.paragraph;
+    EXPECT_NE(d.verdict, Verdict::not_in_library) << seed << ": " << d.paragraph;
+    ASSERT_TRUE(d.scatter.uneven) << seed << d.paragraph;
+    EXPECT_EQ(d.scatter.uneven->depends_on.front(), "direction") << seed;
+  }
+}
 TEST(LongUnevenScatter, OfOneRunMakesNoCauses) {
   noise_of_one_run_makes_no_causes(1, 1);
 }

@@ -95,8 +95,8 @@ struct NextMeasurement {
 
 /// Readings that scatter more than others, as far as the residual tells, and what that hangs on.
 struct UnevenScatter {
-  std::vector<std::string>
-      depends_on;  // "run", "quantity", "direction" (of n), "distance" (from the middle), an axis; largest first
+  std::vector<std::string> depends_on;  // "run", "quantity", "direction" (of n), "distance" (from the
+                                        // middle), an axis; largest first
   double largest = 1.0;
   std::vector<double> factor;  // of each reading's `u_random`: 1 of those that scatter least, else larger
 };

@@ -6,8 +6,8 @@ namespace trunnion::diagnosis {
 /// Readings that wander: beside the white noise of each, a process of Ornstein and Uhlenbeck that successive
 /// readings share, which fades with their number.
 struct Wander {
-  double size = 0.0;    // standard deviation, over `u_random` of each reading
-  double length = 1.0;  // readings in which it fades to 1/e
+  double size = 0.0;      // standard deviation, over `u_random` of each reading
+  double length = 1.0;    // readings in which it fades to 1/e
   bool along_run = true;  // shared by all readings of a run; else by those of one direction of it
 };
 

@@ -1,5 +1,6 @@
 #include "diagnosis/search/formula_terms.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -136,6 +137,7 @@ std::vector<Variable> variables(const Observations& o) {
     const std::string name = "T_" + names.temperatures[k];
     Variable v =
         in_formulas(covariate(o, name, [k](const MachineState& s) { return s.temperature(k); }), name, 1.0);
+    v.labels_runs = true;
     v.read_in = "degC";
     v.read_zero = o.machine().reference_degC;
     add(std::move(v));
@@ -158,6 +160,21 @@ bool carried(const Eigen::VectorXf& step) {
   return std::min(ones, static_cast<double>(step.size()) - ones) >= kLeastReadings;
 }
 
+// Some run has readings on both sides.
+bool divides_a_run(const Observations& o, const Eigen::VectorXf& step) {
+  constexpr double kFewest = 3.0;  // readings of either side
+  return std::any_of(o.runs().begin(), o.runs().end(), [&](const std::vector<Eigen::Index>& run) {
+    double ones = 0.0;
+    for (const Eigen::Index i : run) ones += step[i];
+    return ones >= kFewest && static_cast<double>(run.size()) - ones >= kFewest;
+  });
+}
+
+// Whether a part of the range, 1 inside, may be one in which an error acts.
+bool may_act_in(const Observations& o, const Variable& v, const Eigen::VectorXf& part) {
+  return carried(part) && (!v.labels_runs || divides_a_run(o, part));
+}
+
 void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.only_gates) return;
   const TermWriter w(v, number);
@@ -170,24 +187,24 @@ void add_simple(const Variable& v, std::size_t number, std::vector<FormulaTerm>&
   for (int n = 1; n <= std::min(degree, powers); ++n) to.push_back(w.power(n));
 }
 
-void add_gates(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+void add_gates(const Observations& o, const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.no_gates) return;
   const TermWriter w(v, number);
   for (const double at : places_between(v.covariate.values, kStepPlaces)) {
     FormulaTerm step = w.step(at);
-    if (carried(step.values)) to.push_back(std::move(step));
+    if (may_act_in(o, v, step.values)) to.push_back(std::move(step));
   }
   const std::vector<double> ends = places_between(v.covariate.values, kWindowPlaces);
   for (std::size_t i = 0; i < ends.size(); ++i)
     for (std::size_t k = i + 1; k < ends.size(); ++k) {
       FormulaTerm window = w.window(ends[i], ends[k]);
-      if (carried(window.values)) to.push_back(std::move(window));
+      if (may_act_in(o, v, window.values)) to.push_back(std::move(window));
     }
 }
 
-void add_others(const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
+void add_others(const Observations& o, const Variable& v, std::size_t number, std::vector<FormulaTerm>& to) {
   if (v.covariate.distinct < kFewestForGates) return;
-  if (v.only_gates) return add_gates(v, number, to);
+  if (v.only_gates) return add_gates(o, v, number, to);
   const TermWriter w(v, number);
   const auto degree = static_cast<int>(v.covariate.distinct) - 1;
   for (int n = 3; n <= std::min(degree, 4); ++n) to.push_back(w.power(n));
@@ -202,9 +219,9 @@ void add_others(const Variable& v, std::size_t number, std::vector<FormulaTerm>&
         for (const bool sine : {true, false}) to.push_back(w.wave(range / cycles, sine));
     }
     for (const double at : places_between(v.covariate.values, kKinks))
-      if (carried(w.step(at).values)) to.push_back(w.kink(at));
+      if (may_act_in(o, v, w.step(at).values)) to.push_back(w.kink(at));
   }
-  add_gates(v, number, to);
+  add_gates(o, v, number, to);
 }
 
 std::string product_text(const std::string& a, const std::string& b) {
@@ -300,7 +317,7 @@ FormulaTerms formula_terms(const Observations& o) {
   price_from(0, simple);
   for (std::size_t k = 0; k < all.size(); ++k) {
     // What happens at a moment of a run is an affair of that run.
-    if (all[k].name != "t") add_others(all[k], k, out.terms);
+    if (all[k].name != "t") add_others(o, all[k], k, out.terms);
   }
   out.of_one_variable = out.terms.size();
   price_from(simple, out.of_one_variable);

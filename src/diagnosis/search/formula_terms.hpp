@@ -23,6 +23,9 @@ struct Variable {
   std::string in_formula;  // of a size about 1
   double unit = 1.0;       // of `in_formula`, in the variable's own
   bool only_gates = false, no_gates = false;
+  /// A temperature: it is another one in every run, and a part of its range that holds whole runs is a name
+  /// for these, no cause.
+  bool labels_runs = false;
   /// "T_frame", "degC", and what people read: place in formulas * factor + zero.
   std::string read_as, read_in;
   double read_factor = 1.0, read_zero = 0.0;

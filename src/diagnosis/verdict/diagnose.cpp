@@ -848,7 +848,8 @@ void propose(const Machine& machine, const Dataset& data, const std::vector<bool
       d.formula = std::move(part);
       if (d.verdict == Verdict::named) d.verdict = Verdict::ambiguous;
       d.confidence = std::min(d.confidence, kBesideAPart);
-      d.paragraph = kTwoExplanations + d.paragraph +
+      d.paragraph =
+          kTwoExplanations + d.paragraph +
           " Or no such effect is missing, but an error that acts in a part only, and these readings "
           "hardly tell the two apart: read more positions at the ends of that part." +
           formula_text(*d.formula);
@@ -933,8 +934,8 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     out = diagnose(machine, weighed(data, *first.scatter()), given, once, extra);
     out.scatter.uneven = first.scatter();
     // What scatters may be an error that goes up and down between the places that were read.
-    const bool sure = !out.effects.empty() && !out.ranking.empty() &&
-                      out.ranking.front().p_value < kSureBesideWeights;
+    const bool sure =
+        !out.effects.empty() && !out.ranking.empty() && out.ranking.front().p_value < kSureBesideWeights;
     if (!sure) out.confidence = std::min(out.confidence, kOfUneven);
     out.paragraph += uneven_text(*out.scatter.uneven);
     return out;

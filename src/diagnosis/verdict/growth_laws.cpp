@@ -8,11 +8,12 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kLargestGrowth_mm = 0.5;      // in the end, at the usual speed: ten times what spindles do
-constexpr double kUsual_rpm = 10'000.0;  // the usual speed: all powers of it are as large there
+constexpr double kLargestGrowth_mm = 0.5;  // in the end, at the usual speed: ten times what spindles do
+constexpr double kUsual_rpm = 10'000.0;    // the usual speed: all powers of it are as large there
 
 bool stands_beside_growth(const ModelEffect& effect) {
-  return effect.id() != "spindle_growth" && (is_step(effect) || is_thermal(effect) || may_come_of_order(effect));
+  return effect.id() != "spindle_growth" &&
+         (is_step(effect) || is_thermal(effect) || may_come_of_order(effect));
 }
 bool stands_for_growth(const ModelEffect& effect) {
   return is_step(effect) || is_thermal(effect) || may_come_of_order(effect);

@@ -109,7 +109,8 @@ std::vector<UnrecordedCondition> scaled_runs(const Observations& o, const Model&
     UnrecordedCondition one;
     one.what = "a wrong scale of the readings of run '" + o.data().context.runs[run].id + "' alone";
     one.remedy =
-        "Check the calibration of that run's probe or instrument and the unit of its readings, and measure it "
+        "Check the calibration of that run's probe or instrument and the unit of its readings, and measure "
+        "it "
         "once more.";
     one.only_in = run;
     one.is_factor = true;

@@ -99,7 +99,7 @@ void take_senses_from_positions(Parts& parts, const Convention& c) {
     std::size_t next = k;
     while (next < rows.size() && at(next).q[axis] == at(k - 1).q[axis]) ++next;
     const bool again = next > k && at(k).time_s > at(k - 1).time_s;
-    at(k).direction[axis] = next == k                    ? sense(at(k).q[axis] - at(k - 1).q[axis])
+    at(k).direction[axis] = next == k                     ? sense(at(k).q[axis] - at(k - 1).q[axis])
                             : again && next < rows.size() ? sense(at(next).q[axis] - at(k).q[axis])
                                                           : at(k - 1).direction[axis];
   }

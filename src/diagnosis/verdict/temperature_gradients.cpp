@@ -9,10 +9,11 @@
 namespace trunnion::diagnosis {
 namespace {
 
-constexpr double kLeastSpan_K = 0.3;   // of a signal over all readings: less is no cause
-constexpr double kWay_mm = 100.0;    // from the middle of the travel
-constexpr double kLargestPerKelvin_mm = 0.1;    // per kelvin: ten times what steel of a metre does
-constexpr double kLargestPerKelvin_rad = 2e-4;  // per kelvin: a column of 1 m in 200 mm with 11 um/(m K), four times
+constexpr double kLeastSpan_K = 0.3;          // of a signal over all readings: less is no cause
+constexpr double kWay_mm = 100.0;             // from the middle of the travel
+constexpr double kLargestPerKelvin_mm = 0.1;  // per kelvin: ten times what steel of a metre does
+constexpr double kLargestPerKelvin_rad =
+    2e-4;  // per kelvin: a column of 1 m in 200 mm with 11 um/(m K), four times
 
 struct Signal_K {
   std::string name;
@@ -64,7 +65,8 @@ std::vector<UnrecordedCondition> temperature_gradients(const Observations& o) {
   for (const Signal_K& signal : signals(o))
     for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
       UnrecordedCondition one;
-      one.what = "a shift, tilt or bend of joint " + o.machine().axes[axis].name + " that follows " + signal.name;
+      one.what =
+          "a shift, tilt or bend of joint " + o.machine().axes[axis].name + " that follows " + signal.name;
       one.remedy = "Measure once more at another temperature, and write it as a formula in the model file.";
       one.covariate = signal.name;
       one.stands_for = is_of_setup;

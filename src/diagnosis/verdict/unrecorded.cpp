@@ -308,8 +308,9 @@ void say_that_they_wander(const Observations& o, const InPlace& best, Diagnosis&
     d.verdict = Verdict::ambiguous;
   }
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph = kTwoExplanations + d.paragraph + " Or " + (instead.empty() ? "none" : "no " + instead) + " is missing, but this is " +
-                 words_of(best) + ": hardly to be told apart. " + best.condition->remedy;
+  d.paragraph = kTwoExplanations + d.paragraph + " Or " + (instead.empty() ? "none" : "no " + instead) +
+                " is missing, but this is " + words_of(best) + ": hardly to be told apart. " +
+                best.condition->remedy;
 }
 
 }  // namespace
@@ -369,8 +370,8 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   d.imitators = ids_of(best.dropped);
   d.verdict = Verdict::ambiguous;
   d.confidence = std::min(d.confidence, kBesideCondition);
-  d.paragraph = kTwoExplanations + d.paragraph + " Or no " + listed_ids(best.dropped) + " is missing, but " + words_of(best) +
-                 ": these readings hardly tell the two apart. " + best.condition->remedy;
+  d.paragraph = kTwoExplanations + d.paragraph + " Or no " + listed_ids(best.dropped) + " is missing, but " +
+                words_of(best) + ": these readings hardly tell the two apart. " + best.condition->remedy;
 }
 
 }  // namespace trunnion::diagnosis

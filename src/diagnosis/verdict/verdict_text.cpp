@@ -465,11 +465,11 @@ std::string uneven_text(const UnevenScatter& scatter) {
   std::string by;
   for (const std::string& name : scatter.depends_on) {
     if (!by.empty()) by += " and ";
-    by += name == "run"        ? "from run to run"
-          : name == "quantity" ? "between displacements and rotations"
+    by += name == "run"         ? "from run to run"
+          : name == "quantity"  ? "between displacements and rotations"
           : name == "direction" ? "from one direction of reading to another"
-          : name == "distance" ? "with the distance from the middle of the places"
-                               : "along " + name;
+          : name == "distance"  ? "with the distance from the middle of the places"
+                                : "along " + name;
   }
   return " The readings scatter unevenly, which changes " + by + ": those that scatter most do so " +
          short_number(scatter.largest) +

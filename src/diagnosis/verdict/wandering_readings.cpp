@@ -49,7 +49,8 @@ class WanderingFit {
     const VectorXd& inverse_u = base.whitening->inverse_u();
     std::vector<MatrixXd> columns;
     for (const FreeParameter& free : base.free)
-      columns.emplace_back(o.columns(base.model.effects[free.effect]).col(static_cast<Eigen::Index>(free.index)));
+      columns.emplace_back(
+          o.columns(base.model.effects[free.effect]).col(static_cast<Eigen::Index>(free.index)));
     if (base.whitening->free_setup())
       for (const auto& run : o.runs()) {
         MatrixXd setup = MatrixXd::Zero(o.size(), 3);
@@ -180,7 +181,8 @@ double worth_paying(const MatrixXd& columns, const FitCore& base, double each) {
     for (Eigen::Index k = 0; k < rest.cols(); ++k) {
       const double own = rest.col(k).norm();
       if (own < 1e-12) continue;
-      if (const double g = std::pow(rest.col(k).dot(base.white) / own, 2) / noise; g > gain) gain = g, best = k;
+      if (const double g = std::pow(rest.col(k).dot(base.white) / own, 2) / noise; g > gain)
+        gain = g, best = k;
     }
     if (best < 0 || gain < each) break;
     count += 1.0;
@@ -232,11 +234,11 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
     columns.push_back(o.linear_columns(*fitted.effect, fitted.shape()));
     for (std::size_t p = 0; p < info.linear_count(); ++p)
       raw += fitted.parameters[p].value * columns.back().col(static_cast<Eigen::Index>(p));
-    prices.push_back(
-        k >= known ? static_cast<double>(d.formula->terms) * (each + 2.0 * std::log(kFormulasTried))
-                   : worth_paying(columns.back(), base, each) * each +
-                         static_cast<double>(info.shape_count()) * each +
-                         2.0 * std::log(std::max(1.0, static_cast<double>(d.ranking.size()))));
+    prices.push_back(k >= known
+                         ? static_cast<double>(d.formula->terms) * (each + 2.0 * std::log(kFormulasTried))
+                         : worth_paying(columns.back(), base, each) * each +
+                               static_cast<double>(info.shape_count()) * each +
+                               2.0 * std::log(std::max(1.0, static_cast<double>(d.ranking.size()))));
   }
   const WanderingFit fit(o, base, std::move(columns), raw);
   const auto priced = [&](const Cost& cost, Subset set) {
@@ -261,7 +263,8 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
   condition = {};
   condition.what = words_of(wandering[best].wander, o);
   condition.remedy =
-      "Let the instrument settle and measure the same poses once more, in another order: what comes back is an "
+      "Let the instrument settle and measure the same poses once more, in another order: what comes back is "
+      "an "
       "error of the machine.";
   condition.of_readings = true;
   out.condition = &condition;
