@@ -103,7 +103,7 @@ struct Gradient {
     data = test::measured(
         machine, plan,
         "[model]\nname = \"truth\"\n[[effect]]\nid = \"user:bend\"\njoint = \"Z\"\ncomponent = "
-        "\"EB\"\nexpression = \"k*(T_frame - T_ambient)\"\n[effect.parameters]\nk_urad = 12\n",
+        "\"EB\"\nexpression = \"k*(T_frame - T_ambient)*Z/300\"\n[effect.parameters]\nk_urad = 12\n",
         seed);
   }
 };

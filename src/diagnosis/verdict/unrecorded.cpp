@@ -261,7 +261,7 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
     d.verdict = Verdict::data_problem;
     d.imitators = ids_of(best.dropped);
     d.paragraph = "Nothing is proved that is missing in the model: " + better + " than " +
-                  (instead.empty() ? "the formula that follows them" : instead) + ". " +
+                  (instead.empty() ? "anything that the state of the machine explains" : instead) + ". " +
                   best.condition->remedy;
     d.effects.clear();
     d.additions.clear();
@@ -295,10 +295,24 @@ void say_what_explains(const InPlace& best, Diagnosis& d) {
       (d.formula ? formula_text(*d.formula) : "");
 }
 
-// Readings that wander, in place of effects, of a formula, of both.
+// Of what is left over nothing is known but that it changes with time.
+bool goes_with_time_alone(const Diagnosis& d) {
+  return std::all_of(d.depends_on.begin(), d.depends_on.end(), [](const Dependence& dependence) {
+    return dependence.covariate.find("time") != std::string::npos;
+  });
+}
+
+// Readings that wander, in place of effects, of a formula, of both. Where nothing stands against them, what
+// follows a state that nobody tried wanders as well while the machine goes through it.
 void say_that_they_wander(const Observations& o, const InPlace& best, Diagnosis& d) {
-  if (best.ahead > kThousandToOne) {
+  const bool against_nothing = best.dropped.empty() && best.kept.empty() && !d.formula;
+  if (best.ahead > kThousandToOne && (!against_nothing || goes_with_time_alone(d))) {
     say_condition(o, best, d);
+    return;
+  }
+  if (against_nothing) {
+    d.confidence = std::min(d.confidence, kBesideCondition);
+    d.paragraph += " Or none is: " + words_of(best) + ", leaves as little. " + best.condition->remedy;
     return;
   }
   const std::string instead = listed_ids(best.dropped);

@@ -214,8 +214,7 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
   const std::size_t known = effects.size();
   if (d.formula)
     for (const ModelEffect& effect : d.formula->alone.effects) effects.push_back(&effect);
-  if (o.size() > kMostReadingsThatWander || o.size() < kFewestThatWander || effects.empty() ||
-      effects.size() > kMostBlocks)
+  if (o.size() > kMostReadingsThatWander || o.size() < kFewestThatWander || effects.size() > kMostBlocks)
     return std::nullopt;
 
   // About the fit with all of them: where one is large the others are of second order of it.
@@ -272,7 +271,7 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
     ((best >> k) % 2 == 1 ? out.kept : out.dropped).push_back(&named[k]);
   for (std::size_t k = known; k < effects.size(); ++k)
     if ((best >> k) % 2 == 1) return std::nullopt;  // the formula is needed all the same
-  if (out.dropped.empty() && !d.formula) return std::nullopt;
+  if (out.dropped.empty() && !d.formula && !effects.empty()) return std::nullopt;
   return out;
 }
 
