@@ -253,8 +253,8 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
                                   : Verdict::named_but_incomplete;
     d.paragraph =
         (others.size() > 1 ? "Missing in the model, or one of the other sets: " : "Missing in the model: ") +
-        listed_ids(best.kept) + ". " + (instead.empty() ? "The formula" : instead) + " is not: " + better +
-        ". " + best.condition->remedy;
+        listed_ids(best.kept) + (instead.empty() ? ". Nothing else is: " : ". Not " + instead + ": ") +
+        better + ". " + best.condition->remedy;
     return;
   }
   if (best.condition->of_readings) {

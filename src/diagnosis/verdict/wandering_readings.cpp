@@ -5,6 +5,7 @@
 #include <cmath>
 #include <oneapi/tbb/parallel_for.h>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/linear_algebra.hpp"
 
@@ -192,16 +193,33 @@ double worth_paying(const MatrixXd& columns, const FitCore& base, double each) {
   return std::max(count, 1.0);
 }
 
-std::string words_of(const Wander& wander, const Observations& o) {
+// What it is, and what to do before it is measured again.
+void say(const Wander& wander, const Observations& o, UnrecordedCondition& to) {
   std::vector<double> u;
   for (Eigen::Index i = 0; i < o.size(); ++i)
     if (o.reading(i).quantity == o.reading(0).quantity) u.push_back(o.reading(i).u_random);
-  std::nth_element(u.begin(), u.begin() + static_cast<std::ptrdiff_t>(u.size() / 2), u.end());
   const bool length = o.reading(0).quantity == Quantity::displacement;
-  return "an instrument that wanders by " +
-         short_number(wander.size * u[u.size() / 2] / (length ? kMmPerUm : kRadPerUrad)) +
-         (length ? " um" : " urad") + " within some " + std::to_string(std::llround(wander.length)) +
-         (wander.along_run ? " readings" : " readings of one direction");
+  const std::string size =
+      short_number(wander.size * median(std::move(u)) / (length ? kMmPerUm : kRadPerUrad)) +
+      (length ? " um" : " urad");
+  std::size_t longest = 0;
+  for (const auto& s : wander.along_run ? o.runs() : o.groups()) longest = std::max(longest, s.size());
+  if (2.0 * wander.length > static_cast<double>(longest)) {
+    to.what = "an offset of about " + size + " that the readings of one run" +
+              (wander.along_run ? "" : " and direction") + " share";
+    to.remedy =
+        "State it as `u_common`, or measure the same poses once more in runs of their own: what comes back "
+        "is an "
+        "error of the machine.";
+    return;
+  }
+  to.what = "an instrument that wanders by " + size + " within some " +
+            std::to_string(std::llround(wander.length)) +
+            (wander.along_run ? " readings" : " readings of one direction");
+  to.remedy =
+      "Let the instrument settle and measure the same poses once more, in another order: what comes back is "
+      "an "
+      "error of the machine.";
 }
 
 }  // namespace
@@ -260,11 +278,7 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
   out.gained = std::max(out.ahead, 0.0);
   out.parameters = 2.0;
   condition = {};
-  condition.what = words_of(wandering[best].wander, o);
-  condition.remedy =
-      "Let the instrument settle and measure the same poses once more, in another order: what comes back is "
-      "an "
-      "error of the machine.";
+  say(wandering[best].wander, o, condition);
   condition.of_readings = true;
   out.condition = &condition;
   for (std::size_t k = 0; k < known; ++k)
