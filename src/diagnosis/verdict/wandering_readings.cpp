@@ -77,6 +77,13 @@ class WanderingFit {
     used_ = static_cast<double>(base.whitening->noise().used_count()) + static_cast<double>(groups);
   }
 
+  // Readings of the longest sequence. What does not fade within half of it is an offset that all share, of
+  // which `u_common` says how large it may be.
+  double longest(bool along_run) const {
+    std::size_t out = 0;
+    for (const auto& s : along_run ? of_run_ : of_group_) out = std::max(out, s.size());
+    return static_cast<double>(out);
+  }
   // Of each subset, without the prices of its blocks.
   std::vector<Cost> costs(const Wander& wander) const {
     MatrixXd nuisance = nuisance_, rest = rest_;
@@ -161,7 +168,9 @@ std::vector<Cost> best_costs(const WanderingFit& fit) {
   std::vector<Point> points;
   for (const bool along_run : {true, false})
     for (const double length : kLengths)
-      for (const double size : kSizes) points.push_back({{size, length, along_run}, {}});
+      for (const double size : kSizes)
+        if (2.0 * length <= fit.longest(along_run)) points.push_back({{size, length, along_run}, {}});
+  if (points.empty()) return {};
   oneapi::tbb::parallel_for(std::size_t{0}, points.size(),
                             [&](std::size_t k) { points[k].costs = fit.costs(points[k].wander); });
   std::vector<Cost> out = points.front().costs;
@@ -202,17 +211,6 @@ void say(const Wander& wander, const Observations& o, UnrecordedCondition& to) {
   const std::string size =
       short_number(wander.size * median(std::move(u)) / (length ? kMmPerUm : kRadPerUrad)) +
       (length ? " um" : " urad");
-  std::size_t longest = 0;
-  for (const auto& s : wander.along_run ? o.runs() : o.groups()) longest = std::max(longest, s.size());
-  if (2.0 * wander.length > static_cast<double>(longest)) {
-    to.what = "an offset of about " + size + " that the readings of one run" +
-              (wander.along_run ? "" : " and direction") + " share";
-    to.remedy =
-        "State it as `u_common`, or measure the same poses once more in runs of their own: what comes back "
-        "is an "
-        "error of the machine.";
-    return;
-  }
   to.what = "an instrument that wanders by " + size + " within some " +
             std::to_string(std::llround(wander.length)) +
             (wander.along_run ? " readings" : " readings of one direction");
@@ -267,6 +265,7 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
   const Subset everything = (Subset{1} << effects.size()) - 1;
   const Cost white = fit.costs({0.0, 1.0, true})[everything];
   const std::vector<Cost> wandering = best_costs(fit);
+  if (wandering.empty()) return std::nullopt;
   Subset best = 0;
   for (Subset set = 0; set <= everything; ++set)
     if (priced(wandering[set], set) < priced(wandering[best], best)) best = set;
