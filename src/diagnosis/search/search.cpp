@@ -631,20 +631,30 @@ std::vector<EffectSet> Search::rivals(EffectSet& found) {
   return out;
 }
 
+// A large effect that stands in for two was the best of single ones, and the way to these leads through an
+// exchange beside which it does nothing any more: it is left out then. Which of two sets with time constants
+// that nearly do the same is the nearer is not known before both are refitted.
+void Search::improve(EffectSet& found, std::set<Families>& looked) {
+  for (int round = 0; round < kMostSwaps && exchange_members(found, looked); ++round) {
+    if (any_lag(atoms_, found)) refit_near(found.criterion);
+    const auto least =
+        std::min_element(tried_.begin(), tried_.end(), [](const EffectSet& a, const EffectSet& b) {
+          return a.criterion < b.criterion;
+        });
+    if (least->criterion < found.criterion) remember(without_needless(EffectSet(*least)));
+    const EffectSet& best = least_of_tried();
+    if (!(best.criterion < found.criterion)) return;
+    found = EffectSet(best);
+    complete(found);
+  }
+}
+
 std::vector<EffectSet> Search::alternatives(EffectSet& found) {
   // Beside the sets of the search: each member replaced by every other effect. That of what became the
   // smaller one, and of rivals, too: what stands for one member may need another one beside it.
   std::set<Families> looked;
   std::vector<EffectSet> out;
-  if (any_lag(atoms_, found)) {
-    // Which of two sets that nearly do the same is the nearer is not known before both are refitted.
-    exchange_members(found, looked);
-    refit_near(found.criterion);
-    if (const EffectSet& best = least_of_tried(); best.criterion < found.criterion) {
-      found = EffectSet(best);
-      complete(found);
-    }
-  }
+  improve(found, looked);
   for (bool more = exchange_members(found, looked) || !looked.empty(); more;) {
     refit_near(found.criterion);
     out = rivals(found);

@@ -90,6 +90,7 @@ class Search {
   /// Tries each member replaced by every other effect; whether beside any set that is not in `looked`.
   bool exchange_members(const EffectSet& set, std::set<Families>& looked);
   /// Of the sets that were tried, best first; `found` becomes a smaller one that suffices.
+  void improve(EffectSet& found, std::set<Families>& looked);
   std::vector<EffectSet> rivals(EffectSet& found);
   Atom known_shape(Atom atom, const Remainder& given) const;
   const EffectSet* seen(const std::vector<Atom>& members) const;
