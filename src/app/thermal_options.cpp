@@ -67,6 +67,26 @@ Result<thermal::Log> one_run_log(const std::string& path, Diagnostics& diagnosti
   return log;
 }
 
+// A sensor that was never read would count as at reference: what it asks for would be left out, in a program
+// that is called verified.
+Result<void> must_hold(const thermal::Log& log, const std::vector<std::string>& sensors,
+                       const std::string& model) {
+  for (const std::string& name : sensors) {
+    const auto sensor = log.sensor(name);
+    const std::string column = "column T_" + name + "_degC";
+    if (!sensor)
+      return fail(ErrorCode::wrong_input, "the log has no " + column + ", which " + model + " needs",
+                  log.file);
+    const auto& values = log.runs.front().temperature_degC[*sensor];
+    if (std::all_of(values.begin(), values.end(), [](double value) { return std::isnan(value); }))
+      return fail(ErrorCode::wrong_input,
+                  "the log has no reading in " + column + ", which " + model + " needs: all " +
+                      std::to_string(values.size()) + " are empty or cannot be right",
+                  log.file);
+  }
+  return {};
+}
+
 // It goes on from the start of each run, and a program is no run of the measurement.
 void warn_of_time_drift(const Model& model, Diagnostics& diagnostics) {
   const bool drifts = std::any_of(model.effects.begin(), model.effects.end(), [](const ModelEffect& e) {
@@ -109,12 +129,7 @@ Result<std::optional<post::RunTimeDrift>> PostCliOptions::load_run_time_drift(
   std::vector<thermal::SensorFault> faults;
   auto log = one_run_log(temperatures, diagnostics, faults);
   if (!log) return tl::unexpected(log.error());
-  for (const std::string& sensor : out.sensors) {
-    if (!log->sensor(sensor))
-      return fail(ErrorCode::wrong_input,
-                  "the log has no column T_" + sensor + "_degC, which " + thermal_model + " needs",
-                  temperatures);
-  }
+  if (auto held = must_hold(*log, out.sensors, thermal_model); !held) return tl::unexpected(held.error());
   out.history = history_of(*log, out.sensors, 0.0);
   const std::vector<double> first = out.history.temperature_K.front();
   for (auto& row : out.history.temperature_K) {
@@ -154,6 +169,8 @@ Result<std::optional<thermal::OffsetTable>> PostCliOptions::load_offsets(
   std::vector<thermal::SensorFault> faults;
   auto log = one_run_log(temperatures, diagnostics, faults);
   if (!log) return tl::unexpected(log.error());
+  if (auto held = must_hold(*log, thermal::Predictor(*loaded).sensors(), thermal_model); !held)
+    return tl::unexpected(held.error());
   *log = thermal::without_stuck(*loaded, *log, faults);
   const auto prediction = thermal::predict(*loaded, *log, 0, thermal::UseMeasurements::yes);
   if (!prediction) return tl::unexpected(prediction.error());
@@ -186,10 +203,13 @@ Result<std::optional<Model>> PostCliOptions::load_errors(
   auto loaded = load_model(model, machine, context, diagnostics);
   if (!loaded) return tl::unexpected(loaded.error());
   if (!no_thermal) {
-    for (const std::string& name : missing_sensors(*loaded, context)) {
-      if (!log || !name.starts_with("T_")) continue;
-      return fail(ErrorCode::wrong_input,
-                  "the log has no column " + name + "_degC, which " + model + " needs", temperatures);
+    if (log) {
+      // Without the log's context the model knows the sensors alone that it needs.
+      Diagnostics told_before;
+      const auto alone = load_model(model, machine, {}, told_before);
+      if (!alone) return tl::unexpected(alone.error());
+      if (auto held = must_hold(*log, alone->context.names.temperatures, model); !held)
+        return tl::unexpected(held.error());
     }
     warn_of_missing_sensors(*loaded, context, diagnostics);
   }

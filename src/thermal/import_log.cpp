@@ -6,6 +6,7 @@
 #include <fnmatch.h>
 #include <map>
 
+#include "trunnion/base/median.hpp"
 #include "trunnion/base/number_text.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/config/csv.hpp"
@@ -15,25 +16,17 @@
 namespace trunnion::thermal {
 namespace {
 
+// The number in our unit: factor * (number + offset).
 struct Source {
   std::size_t column = 0;
-  double factor = 1.0;
+  double factor = 1.0, offset = 0.0;
+  double taken(double number) const { return factor * (number + offset); }
 };
 
 struct Sources {
   std::optional<std::size_t> time, run, speed;
   std::vector<Source> sensors, channels;
 };
-
-// The name without its unit and without what our own format puts before and behind it.
-std::string bare_name(const std::string& name) {
-  for (const std::string_view suffix : {"_degC", "_C", "_um", "_mm"}) {
-    if (!name.ends_with(suffix) || name.size() == suffix.size()) continue;
-    const std::string out = name.substr(0, name.size() - suffix.size());
-    return suffix == "_degC" && out.starts_with("T_") && out.size() > 2 ? out.substr(2) : out;
-  }
-  return name;
-}
 
 bool matches(const std::vector<std::string>& patterns, const std::string& name) {
   return std::any_of(patterns.begin(), patterns.end(),
@@ -46,7 +39,24 @@ std::string in_small_letters(const std::string& text) {
   return out;
 }
 
-// Of a column `time_ms`, `Time [ms]`, `t (min)`: what stands before the unit, and the unit in seconds.
+// Of a column `time_ms`, `Time [ms]`, `t (min)`: what stands before the unit, and the unit as it is written.
+struct NameWithUnit {
+  std::string stem, unit;
+  bool bracketed = false;  // [m], (in): as a last word they may mean anything
+};
+
+NameWithUnit name_with_unit(const std::string& column) {
+  constexpr std::string_view kBegins = " _[(/";
+  const auto last = column.find_last_not_of(" ])");
+  const auto before = column.find_last_of(kBegins, last);
+  if (before == std::string::npos || last == std::string::npos || before == 0) return {column, {}};
+  const auto stem = column.find_last_not_of(kBegins, before);
+  return stem == std::string::npos
+             ? NameWithUnit{column, {}}
+             : NameWithUnit{column.substr(0, stem + 1), column.substr(before + 1, last - before),
+                            column[before] == '[' || column[before] == '('};
+}
+
 struct TimeName {
   std::string stem;
   std::optional<double> seconds;
@@ -68,12 +78,52 @@ TimeName time_name(const std::string& column) {
                                                       {"h", 3600.0},
                                                       {"hours", 3600.0}};
   const std::string name = in_small_letters(column);
-  const auto last = name.find_last_not_of(" ])");
-  const auto before = name.find_last_of(" _[(/", last);
-  if (before == std::string::npos || last == std::string::npos || before == 0) return {name, {}};
-  const auto unit = units.find(name.substr(before + 1, last - before));
+  const NameWithUnit parts = name_with_unit(name);
+  const auto unit = units.find(parts.unit);
   if (unit == units.end()) return {name, {}};
-  return {name.substr(0, name.find_last_not_of(" _[(/", before) + 1), unit->second};
+  return {parts.stem, unit->second};
+}
+
+// Of a channel, in mm; nothing where the name has no unit of length.
+std::optional<double> length_unit(const NameWithUnit& name) {
+  constexpr double kMmPerMil = kMmPerInch / 1000.0;
+  static const std::map<std::string, double> units = {
+      {"um", kMmPerUm},      {"\u00b5m", kMmPerUm}, {"\u03bcm", kMmPerUm},  {"micron", kMmPerUm},
+      {"microns", kMmPerUm}, {"mm", 1.0},           {"nm", 1e-6},           {"m", 1000.0},
+      {"in", kMmPerInch},    {"inch", kMmPerInch},  {"inches", kMmPerInch}, {"mil", kMmPerMil},
+      {"mils", kMmPerMil},   {"thou", kMmPerMil}};
+  const auto found = units.find(in_small_letters(name.unit));
+  const bool may_be_a_word = name.unit.size() == 1 || found == units.find("in");
+  return found == units.end() || (may_be_a_word && !name.bracketed) ? std::nullopt
+                                                                    : std::optional(found->second);
+}
+
+// Of a sensor: degC = factor * (number + offset), and between what a shop's temperatures are in it.
+struct TemperatureUnit {
+  double factor = 1.0, offset = 0.0;
+  double least = -50.0, most = 300.0;
+  const char* name = "degrees Celsius";
+};
+std::optional<TemperatureUnit> temperature_unit(const std::string& unit) {
+  constexpr TemperatureUnit kCelsius = {},
+                            kFahrenheit = {1.0 / 1.8, -32.0, 35.0, 570.0, "degrees Fahrenheit"},
+                            kKelvin = {1.0, -273.15, 220.0, 570.0, "kelvin"};
+  for (const char* known : {"C", "degC", "\u00b0C", "\u2103", "c", "degc", "celsius", "Celsius"})
+    if (unit == known) return kCelsius;
+  for (const char* known : {"F", "degF", "\u00b0F", "\u2109", "degf", "fahrenheit", "Fahrenheit"})
+    if (unit == known) return kFahrenheit;
+  for (const char* known : {"K", "kelvin", "Kelvin"})
+    if (unit == known) return kKelvin;
+  return std::nullopt;
+}
+
+// The name without its unit and without what our own format puts before it.
+std::string bare_name(const std::string& column) {
+  const NameWithUnit parts = name_with_unit(column);
+  const bool temperature = temperature_unit(parts.unit).has_value();
+  if (!temperature && !length_unit(parts)) return column;
+  const bool ours = temperature && parts.stem.starts_with("T_") && parts.stem.size() > 2;
+  return ours ? parts.stem.substr(2) : parts.stem;
 }
 
 std::optional<std::size_t> time_column(const config::CsvRows& rows, const ImportOptions& options) {
@@ -129,15 +179,17 @@ Sources find_sources(const config::CsvRows& rows, const ImportOptions& options, 
   for (std::size_t i = 0; i < rows.columns().size(); ++i) {
     const std::string& name = rows.columns()[i];
     if (i == out.time || i == out.run || i == out.speed) continue;
+    const NameWithUnit parts = name_with_unit(name);
+    const auto degrees = temperature_unit(parts.unit);
+    const auto length = length_unit(parts);
     if (matches(options.channels, name)) {
       log.channels.push_back(bare_name(name));
-      out.channels.push_back({i, name.ends_with("_um")   ? kMmPerUm
-                                 : name.ends_with("_mm") ? 1.0
-                                                         : options.um_per_count * kMmPerUm});
-    } else if (matches(options.sensors, name) || name.ends_with("_C") || name.ends_with("_degC")) {
+      out.channels.push_back({i, length.value_or(options.um_per_count * kMmPerUm)});
+    } else if (matches(options.sensors, name) || (degrees && parts.unit != "K" && parts.unit != "F")) {
+      const TemperatureUnit of = degrees.value_or(TemperatureUnit{});
       log.sensors.push_back(bare_name(name));
-      out.sensors.push_back({i, 1.0});
-    } else if (name.ends_with("_um")) {
+      out.sensors.push_back({i, of.factor, of.offset});
+    } else if (length == kMmPerUm) {
       log.channels.push_back(bare_name(name));
       out.channels.push_back({i, kMmPerUm});
     } else {
@@ -174,6 +226,34 @@ void tell_unit(const config::CsvRows& rows, std::size_t column, const LogRun& ru
                           "' names no unit: its numbers are taken for seconds, rows " +
                           shortest_text(run.time_s[1] - run.time_s[0]) +
                           " s apart. If they are not, give --seconds-per-count");
+}
+
+// A name that ends in another unit than degrees Celsius, against the numbers: `front_F` may be the front.
+void tell_temperatures(const config::CsvRows& rows, const Sources& sources, const Log& log,
+                       Diagnostics& diagnostics) {
+  for (std::size_t i = 0; i < sources.sensors.size(); ++i) {
+    const Source& source = sources.sensors[i];
+    const std::string& name = rows.columns()[source.column];
+    const auto unit = temperature_unit(name_with_unit(name).unit);
+    if (!unit || source.offset == 0.0) continue;
+    std::vector<double> degC;
+    for (const LogRun& run : log.runs)
+      for (const double value : run.temperature_degC[i])
+        if (!std::isnan(value)) degC.push_back(value);
+    if (degC.empty()) continue;
+    const double typical_degC = median(std::move(degC));
+    const double number = typical_degC / unit->factor - unit->offset;
+    const SourceRef where{rows.header_line(), static_cast<std::uint32_t>(source.column + 1)};
+    const std::string says = "column '" + name + "' ends like " + unit->name;
+    if (number < unit->least || number > unit->most)
+      diagnostics.error(rows.file(), where,
+                        says + ", and its numbers, about " + fixed_text(number, 1) +
+                            ", are none of a machine: name it ..._degC if they are degrees Celsius");
+    else
+      diagnostics.note(rows.file(), where,
+                       says + ": about " + fixed_text(number, 1) + " is taken for " +
+                           fixed_text(typical_degC, 1) + " degC");
+  }
 }
 
 LogRun& start_run(Log& log, std::string id) {
@@ -229,12 +309,14 @@ Result<Log> import_log(std::string_view text, const std::string& file, const Imp
     run.time_s.push_back(time_s - start_s);
     if (sources.speed) run.spindle_rpm.push_back(speed);
     for (std::size_t i = 0; i < sources.sensors.size(); ++i)
-      run.temperature_degC[i].push_back(rows.number_or_nan(sources.sensors[i].column).value_or(0.0));
+      run.temperature_degC[i].push_back(
+          sources.sensors[i].taken(rows.number_or_nan(sources.sensors[i].column).value_or(0.0)));
     for (std::size_t i = 0; i < sources.channels.size(); ++i)
-      run.channel_mm[i].push_back(rows.number_or_nan(sources.channels[i].column).value_or(0.0) *
-                                  sources.channels[i].factor);
+      run.channel_mm[i].push_back(
+          sources.channels[i].taken(rows.number_or_nan(sources.channels[i].column).value_or(0.0)));
   }
   if (log.runs.empty()) diagnostics.error(file, {rows.header_line(), 1}, "no rows that belong to a run");
+  tell_temperatures(rows, sources, log, diagnostics);
   if (diagnostics.error_count() > errors_before) return tl::unexpected(diagnostics.first_error());
   if (!seconds) tell_unit(rows, *sources.time, log.runs.front(), diagnostics);
   return log;

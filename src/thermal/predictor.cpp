@@ -59,6 +59,9 @@ struct Predictor::Channel {
   bool has_zero = false;  // something was measured
   RunScale scale = {};
   Agreement agreement = {};
+  Said said = {};                          // now
+  std::optional<double> followed_mm = {};  // what was said last while the model could be asked
+  bool told_held = false;
 };
 
 // Readings as they come.
@@ -143,6 +146,32 @@ void Predictor::take(double time_s, std::span<const double> temperature_degC, do
     channel.anchor_s = time_s;
   }
   started_ = true;
+  std::string held;
+  for (std::size_t index = 0; index < channels_.size(); ++index) {
+    Channel& channel = channels_[index];
+    say_now(index);
+    if (!channel.said.causes.held || channel.told_held || !channel.followed_mm) continue;
+    channel.told_held = true;
+    held += (held.empty() ? "" : ", ") + model_.channels[index].channel + " at " +
+            fixed_text(channel.said.value_mm / kMmPerUm, 1) + " um";
+  }
+  if (!held.empty())
+    warnings_.push_back(
+        "at " + shortest_text(time_s) +
+        " s the model cannot be asked any more (a sensor, or the speed, is silent): what it said "
+        "last is held until the next measurement: " +
+        held);
+}
+
+// Where the model cannot be asked what it said last stands: the machine is nearer to that than to an older
+// measurement, or to nothing, and a tool does not jump.
+void Predictor::say_now(std::size_t index) {
+  Channel& channel = channels_[index];
+  channel.said = say(index);
+  if (!channel.said.causes.held)
+    channel.followed_mm = channel.said.value_mm;
+  else if (channel.followed_mm)
+    channel.said.value_mm = *channel.followed_mm;
 }
 
 // Measured while a sensor was silent: what it did until then is in the measurement, and not in what comes.
@@ -212,7 +241,7 @@ bool Predictor::measure(std::size_t index, double value_mm) {
   const bool drifted = channel.measured || !early;  // else it is the zero
   if (drifted && is_beyond_reason(index, value_mm)) return false;
   if (drifted) {
-    const Said said = say(index);
+    const Said said = now(index);
     const double error_mm = value_mm - channel.reference_mm - said.value_mm;
     const double promised_mm = sigma_mm(index, said, channel.agreement.agreed);
     if (!said.causes.held)
@@ -224,6 +253,8 @@ bool Predictor::measure(std::size_t index, double value_mm) {
   channel.anchor_s = time_s_;
   channel.measured = drifted;
   channel.has_zero = true;
+  channel.followed_mm.reset();
+  say_now(index);
   return true;
 }
 
@@ -255,7 +286,7 @@ bool Predictor::is_beyond_reason(std::size_t index, double value_mm) {
   Channel& channel = channels_[index];
   const double largest_mm = model_.channels[index].largest_mm;
   if (!channel.has_zero || !(largest_mm > 0.0)) return false;
-  const double said_mm = say(index).value_mm + channel.reference_mm;
+  const double said_mm = now(index).value_mm + channel.reference_mm;
   const double most_mm = kBeyond * largest_mm;
   if (std::abs(value_mm - said_mm) <= most_mm || std::abs(value_mm - channel.reference_mm) <= most_mm)
     return false;
@@ -288,13 +319,17 @@ void Predictor::compare(std::size_t index, double value_mm, double error_mm, dou
   if (agreement.contradicted) agreement.discrepancy_mm = std::abs(error_mm);
 }
 
-// The age of the last measurement included.
+// Without its sensors, and before their rises count from something, no model can be asked.
 Said Predictor::say(std::size_t index) const {
   const Channel& channel = channels_[index];
-  // Without its sensors, and before their rises count from something, every model falls back on the last
-  // measurement.
   const bool hold = stale(channel) || (raw_ && !raw_->settled);
-  Said out = channel.follower.say(relative(channel), hold);
+  return channel.follower.say(relative(channel), hold);
+}
+
+// The age of the last measurement included.
+Said Predictor::now(std::size_t index) const {
+  const Channel& channel = channels_[index];
+  Said out = raw_ && !raw_->settled ? say(index) : channel.said;
   out.causes.age_s = time_s_ - std::max(channel.anchor_s, start_s_);
   return out;
 }
@@ -313,7 +348,7 @@ double Predictor::sigma_mm(std::size_t index, const Said& said, const RunScale& 
 
 Estimate Predictor::estimate(std::size_t index) const {
   const Channel& channel = channels_[index];
-  const Said said = say(index);
+  const Said said = now(index);
   Estimate out;
   out.since_measured_s = said.causes.age_s;
   out.stale = stale(channel);

@@ -186,7 +186,10 @@ TEST(ThermalImport, KnowsTheUnitOfTheTimeByItsNameOrSaysThatThereIsNone) {
 TEST(ThermalImport, KnowsTheUnitOfAChannelByItsName) {
   ImportOptions options;
   options.channels = {"Z*"};
-  for (const auto& [name, mm] : {std::pair{"Z_um", 0.003}, std::pair{"Z_mm", 3.0}, std::pair{"Z", 0.006}}) {
+  for (const auto& [name, mm] :
+       {std::pair{"Z_um", 0.003}, std::pair{"Z_mm", 3.0}, std::pair{"Z", 0.006}, std::pair{"Z [mm]", 3.0},
+        std::pair{"Z (um)", 0.003}, std::pair{"Z_nm", 3e-6}, std::pair{"Z / inch", 76.2},
+        std::pair{"Z [in]", 76.2}}) {
     options.um_per_count = 2.0;
     Diagnostics diagnostics;
     const auto log =
@@ -195,6 +198,34 @@ TEST(ThermalImport, KnowsTheUnitOfAChannelByItsName) {
     EXPECT_NEAR(log->runs[0].channel_mm[0][0], mm, 1e-12) << name;
     EXPECT_EQ(log->channels, std::vector<std::string>{"Z"});
   }
+}
+
+// Before: 71.6 degF were 71.6 degC, without a word.
+TEST(ThermalImport, KnowsTheUnitOfASensorByItsName) {
+  const auto read = [](const std::string& name, const std::string& values, std::string& told) {
+    ImportOptions options;
+    options.sensors = {"PT*"};
+    Diagnostics diagnostics;
+    const auto log =
+        import_log("time_s," + name + ",Z_um\n0," + values + ",1\n", "l.csv", options, diagnostics);
+    told = messages_of(diagnostics);
+    return log ? log->runs[0].temperature_degC[0][0] : std::nan("");
+  };
+  std::string told;
+  for (const auto& [name, number] :
+       {std::pair{"PT_degF", "71.6"}, std::pair{"PT [degF]", "71.6"}, std::pair{"PT (K)", "295.15"},
+        std::pair{"PT_F", "71.6"}, std::pair{"PT_degC", "22"}, std::pair{"PT [C]", "22"},
+        std::pair{"PT", "22"}}) {
+    EXPECT_NEAR(read(name, number, told), 22.0, 1e-9) << name << told;
+    EXPECT_EQ(told.find("is taken for 22.0 degC") != std::string::npos, std::string(number) != "22")
+        << name << told;
+  }
+  // The front, in degrees Celsius.
+  EXPECT_TRUE(std::isnan(read("PT_F", "22.4", told)));
+  EXPECT_NE(
+      told.find("l.csv:1:2: error: column 'PT_F' ends like degrees Fahrenheit, and its numbers, about 22.4"),
+      std::string::npos)
+      << told;
 }
 
 TEST(ThermalImport, DatesAreSecondsOfTheEpoch) {

@@ -419,6 +419,36 @@ TEST(ThermalPredictor, WidensWhileTheSpeedItNeedsIsUnknown) {
   }
 }
 
+// Of an hour without a measurement nobody knows but the model. Before: one sensor that fell silent took all
+// offsets to zero at once, into a cut.
+TEST(ThermalPredictor, HoldsWhatItSaidLastWhenASensorFallsSilent) {
+  const SimulatedDays days = few_days();
+  constexpr double kDies_s = 4000.0;
+  for (const bool speed : {false, true}) {
+    ThermalModel model = fitted(days.log, speed ? Method::lag : Method::ridge, "dx");
+    model.channels[0].candidate.anchor = Anchor::open;
+    Log dead = days.log;
+    LogRun& run = dead.runs[1];
+    for (std::size_t row = 0; row < run.rows(); ++row) {
+      if (run.time_s[row] <= kDies_s) continue;
+      if (speed)
+        run.spindle_rpm[row] = std::nan("");
+      else
+        for (auto& column : run.temperature_degC) column[row] = std::nan("");
+    }
+    const auto prediction = predict(model, dead, 1, UseMeasurements::no);
+    ASSERT_TRUE(prediction);
+    const auto& said = prediction->channel[0];
+    double largest = 0.0;
+    for (std::size_t row = 1; row < said.size(); ++row)
+      largest = std::max(largest, std::abs(said[row].value_mm - said[row - 1].value_mm));
+    EXPECT_GT(std::abs(said.back().value_mm), 5.0 * kMmPerUm) << speed;
+    EXPECT_LT(largest, 1.0 * kMmPerUm) << speed;
+    ASSERT_EQ(prediction->warnings.size(), 1U) << speed;
+    EXPECT_NE(prediction->warnings[0].find("what it said last is held"), std::string::npos);
+  }
+}
+
 // What an unknown speed may have done to its lag is the same lag of "unknown".
 TEST(ThermalFeatures, AnUnknownSpeedIsNotZero) {
   FeatureSpec spec;

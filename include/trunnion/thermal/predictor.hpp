@@ -22,7 +22,7 @@ struct Estimate {
   double distance =
       0.0;  // of the state from the training, see Guard; above Guard::kMargin the model is trusted less
   double since_measured_s = 0.0;  // since the last measurement or the reference
-  bool stale = false;             // a sensor has not been read for long: the last measurement is held
+  bool stale = false;             // a sensor has not been read for long: what was said last is held
   double unknown_mm = 0.0;        // what speed or feed that were not read may have done to the value
   bool outside_training() const { return distance > Guard::kMargin; }
   bool finite() const { return std::isfinite(value_mm) && std::isfinite(sigma_mm); }
@@ -79,6 +79,8 @@ class Predictor {
   bool stale(const Channel& channel) const;
   FeatureVector relative(const Channel& channel) const;
   Said say(std::size_t channel) const;
+  Said now(std::size_t channel) const;
+  void say_now(std::size_t channel);
   double sigma_mm(std::size_t channel, const Said& said, const RunScale& scale) const;
   void tell_late_start(std::size_t channel, double value_mm);
   void compare(std::size_t channel, double value_mm, double error_mm, double sigma_mm);
