@@ -496,6 +496,42 @@ TEST(LongEditedProgram, IsFoundInTheWordsOfEveryControl) {
   EXPECT_GT(counts.edits, 1000);
 }
 
+// Between cuts a control speeds up at once, whatever tool it has; whether the end of a program stops the
+// spindle is for its builder to say.
+TEST(EditedProgram, ASpindleIsToldNothingThatTheFileDoesNotAskFor) {
+  const Machine machine = test::shipped_machine("trunnion_offset");
+  std::string cl = edited_part(false);
+  cl.replace(cl.find("FINI"), 4, "COOLNT/OFF\nSPINDL/OFF\nFINI");
+  for (const std::string& control : test::shipped_controllers()) {
+    const bool tnc = control.starts_with("heidenhain");
+    const auto p = test::posted(cl, machine, {}, control);
+    ASSERT_TRUE(p.report && p.report->verification->passed()) << control;
+    const Lines lines = split(p.nc);
+    const auto with = [&](std::size_t at, const std::string& line) {
+      Lines out = lines;
+      out.insert(out.begin() + static_cast<std::ptrdiff_t>(at), line);
+      return out;
+    };
+    const auto passes = [&](const Lines& edited) {
+      const auto v = test::verified(joined(edited), cl, machine, 0.01, control);
+      return v && v->passed();
+    };
+    std::size_t end = 0, retract = 0;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (lines[i].find("M30") != std::string::npos) end = i;
+      // To the point of the CL file above the first tool's last cut.
+      if (retract == 0 && lines[i].find(tnc ? "FMAX" : "G0 ") != std::string::npos && i > lines.size() / 4)
+        retract = i;
+    }
+    ASSERT_TRUE(end > 0 && retract > 0) << control;
+    EXPECT_TRUE(passes(lines)) << control;
+    // (A tool call says the speed there.)
+    if (!tnc) EXPECT_FALSE(passes(with(retract, "S30000 M3"))) << control << " " << lines[retract];
+    EXPECT_FALSE(passes(with(end, "M3"))) << control;
+    EXPECT_FALSE(passes(with(end, "M8"))) << control;
+  }
+}
+
 // Where a tool is called in two lines, T and M6, T alone makes the next one ready.
 TEST(EditedProgram, PassesWhereNobodyEditedAndTheNextToolIsMadeReady) {
   const Machine machine = test::shipped_machine("trunnion_offset");

@@ -238,6 +238,41 @@ TEST(OffsetOutput, EveryControlWithWordsForItIsReadBack) {
   }
 }
 
+// A preset takes back the shift that the program has added, and so does the cycle that it shares: the offsets
+// were lost, and the program passed.
+TEST(OffsetOutput, APresetBehindAnAddedShiftIsFound) {
+  const auto table = offsets(by_blade());
+  const Machine machine = machine_with_offset();
+  Setting setting;
+  setting.output = OffsetOutput::local_shift;
+  setting.control = "heidenhain_tnc640";
+  setting.tolerance_mm = 0.005;
+  setting.limits = quick();
+  const OffsetPost p = offset_post(blades(4, false), machine, &table, setting);
+  ASSERT_TRUE(p.report) << p.report.error().text();
+  const nc::Controller c = with_axes_of(machine, test::shipped_controller(setting.control));
+  VerifyOptions options;
+  options.tolerance_mm = setting.tolerance_mm;
+  options.offsets = &table;
+  const auto read = [&](const std::string& nc) {
+    Diagnostics d;
+    return verify({std::make_unique<Text>(blades(4, false)), "part.cls"},
+                  {std::make_unique<Text>(nc), "p.nc"}, {machine, c, options}, d);
+  };
+  const std::string shift = "TRANS DATUM AXIS";
+  const auto begin = p.nc.find(shift + " X-");
+  ASSERT_NE(begin, std::string::npos) << p.nc;
+  for (const std::string words : {"CYCL DEF 247 DATUM SETTING ~\nQ339=+1\n",
+                                  "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\nCYCL DEF "
+                                  "7.3 Z+0\nPLANE RESET STAY\n"}) {
+    std::string edited = p.nc;
+    edited.insert(edited.find('\n', begin) + 1, words);
+    const auto report = read(edited);
+    ASSERT_FALSE(report) << words;
+    EXPECT_THAT(report.error().message, HasSubstr("shift")) << words;
+  }
+}
+
 // What was probed at the machine is not overwritten.
 TEST(OffsetOutput, AProbedWorkOffsetIsNotSet) {
   Machine machine = machine_with_offset();

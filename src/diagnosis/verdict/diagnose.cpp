@@ -936,7 +936,7 @@ Diagnosis diagnose(const Machine& machine, const Dataset& data, const Model& giv
     // What scatters may be an error that goes up and down between the places that were read.
     const bool sure =
         !out.effects.empty() && !out.ranking.empty() && out.ranking.front().p_value < kSureBesideWeights;
-    if (!sure) out.confidence = std::min(out.confidence, kOfUneven);
+    if (!sure && out.verdict != Verdict::data_problem) out.confidence = std::min(out.confidence, kOfUneven);
     out.paragraph += uneven_text(*out.scatter.uneven);
     return out;
   }

@@ -90,6 +90,10 @@ void EventReader::run(const FoundEvent& found) {
       check_origin(found);
       // Frames change under the tool: no program of ours says it there, and a control may stop.
       if (!s_.language.others && forbids_tcp(found, "the end of a tilted plane", true)) return;
+      // Its words set a datum shift to 0, on controls that have one cycle for both.
+      if (!s_.modal.plane && !s_.language.others && s_.program.shift_added &&
+          !s_.c.input.places.datum_shift.empty())
+        return s_.error(found, "the end of a tilted plane, which takes back the shift that is in force");
       if (!s_.modal.plane) return;
       if (s_.language.others) s_.language.others->take_frame_back();
       s_.modal.switch_plane(false);
@@ -223,7 +227,7 @@ void EventReader::run_tcp(bool on, std::int64_t offset) {
 void EventReader::run_work_offset(std::int64_t index) {
   // A preset takes back all shifts, on controls that have cycles for both.
   const bool ends_shift = !s_.c.input.places.datum_shift.empty();
-  if (s_.language.others && ends_shift && s_.program.shift_added)
+  if (ends_shift && s_.program.shift_added)
     return s_.error(1, "a preset, and the program's own shift is in force: end that first");
   if (s_.language.others && !s_.language.others->frame().is_idle() &&
       (ends_shift || (s_.modal.work_offset != 0 && s_.modal.work_offset != index)))

@@ -66,6 +66,8 @@ void Asked::take(const cl::Record& record) {
     const nc::CoolantKind kind = coolant_kind(coolant->kind);
     now_.coolant = kind == nc::CoolantKind::off ? 0U : now_.coolant | (1U << static_cast<unsigned>(kind));
   }
+  if (std::holds_alternative<cl::Spindle>(record.data) || std::holds_alternative<cl::Coolant>(record.data))
+    said_.push_back({motions_, now_.spindle, now_.coolant});
   if (const auto* change = std::get_if<cl::ToolChange>(&record.data); is(change)) {
     now_.tool = change->number;
     now_.length_register = change->length_register.value_or(change->number);
@@ -120,6 +122,7 @@ void Asked::forget(std::size_t motion) {
   while (states_.size() > 1 && states_[1].motion <= motion) states_.pop_front();
   // A block may end on a motion far behind the pause that it begins before.
   constexpr std::size_t kMotionsOfBlock = 1024;
+  while (!said_.empty() && said_.front().before + kMotionsOfBlock < motion) said_.pop_front();
   for (; met_ > 0 && pauses_.front().before + kMotionsOfBlock < motion; --met_, ++pauses_gone_)
     pauses_.pop_front();
 }

@@ -54,6 +54,17 @@ class Asked {
   const AskedState& at(std::size_t motion) const;
   /// The first motion behind this one that has another state.
   std::size_t next_change(std::size_t motion) const;
+  /// Whether a SPINDL or COOLNT that stands between these two motions, or one that was in force there, asks
+  /// for what `is` looks for: words are said at their places, and another one may follow before the next
+  /// motion.
+  template <class Is>
+  bool says_between(std::size_t first, std::size_t last, const Is& is) const {
+    for (std::size_t motion = first; motion <= last; ++motion)
+      if (is(at(motion).spindle, at(motion).coolant)) return true;
+    return std::any_of(said_.begin(), said_.end(), [&](const Said& said) {
+      return said.before >= first && said.before <= last && is(said.spindle, said.coolant);
+    });
+  }
   /// SET/OFSETL: the first that is called, since a program has one zero.
   const std::optional<std::int64_t>& work_offset() const { return work_offset_; }
   /// The first pause that has not been met yet, or null.
@@ -74,6 +85,12 @@ class Asked {
     AskedState state;
     bool stood = false;  // the spindle, before it
   };
+  /// What SPINDL or COOLNT has set before motion number `before`.
+  struct Said {
+    std::size_t before = 0;
+    nc::Spindle spindle;
+    unsigned coolant = 0U;
+  };
   void note(SourceRef where);
   void take_spindle(const cl::Spindle& spindle);
   void take_shape(const cl::Shape& shape);
@@ -86,6 +103,7 @@ class Asked {
   std::optional<std::int64_t> work_offset_;
   std::size_t motions_ = 0;
   std::deque<From> states_;
+  std::deque<Said> said_;
   std::deque<AskedPause> pauses_;  // those that have been met, too, as long as they may be asked for again
   std::size_t met_ = 0;            // of them
   std::size_t pauses_gone_ = 0;

@@ -33,6 +33,10 @@ std::string coolant_text(unsigned kinds) {
   return out.empty() ? kNames[0] : out;
 }
 
+// From the motion that was made last on: SPINDL and COOLNT of a word are looked for among so many. Several
+// may stand at one place.
+constexpr std::size_t kMotionsAbout = 8;
+
 bool same_spindle(const nc::Spindle& a, const nc::Spindle& b) {
   return a.turn == b.turn && (a.turn == nc::SpindleTurn::off || a.rpm == b.rpm);
 }
@@ -110,10 +114,39 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
     const auto kind = stop->optional ? AskedPause::Kind::optional_stop : AskedPause::Kind::stop;
     return take_pause(at, {0, kind, 0, 0}, nc_line);
   }
+  if (const auto* spindle = std::get_if<nc::Spindle>(&block)) return check_speed(*spindle, at, nc_line);
+  if (const auto* coolant = std::get_if<nc::Coolant>(&block)) return check_coolant(*coolant, at, nc_line);
   if (std::holds_alternative<nc::OffsetShift>(block) && options_.offsets == nullptr) {
     find(CheckOf::offsets, nc_line,
          [] { return std::string("a shift of the coordinates that nothing asks for (--offsets)"); });
   }
+}
+
+// Where no cut follows, too: a control speeds up at once, whatever tool it has.
+void ProgramJudge::check_speed(const nc::Spindle& spindle, const Place& at, std::uint32_t nc_line) {
+  if (spindle.turn == nc::SpindleTurn::off || spindle.rpm == 0) return;
+  const std::size_t here = number(at.segment);
+  if (asked_.says_between(here, here + kMotionsAbout, [&](const nc::Spindle& asked, unsigned) {
+        return asked.turn != nc::SpindleTurn::off && spindle.rpm <= asked.rpm;
+      }))
+    return;
+  find(CheckOf::spindle, nc_line, [&] {
+    return "the spindle is told to turn at " + spindle_text(spindle) +
+           ", faster than the CL file asks for before and behind";
+  });
+}
+
+void ProgramJudge::check_coolant(const nc::Coolant& coolant, const Place& at, std::uint32_t nc_line) {
+  if (coolant.kind == nc::CoolantKind::off) return;
+  const unsigned bit = 1U << static_cast<unsigned>(coolant.kind);
+  const std::size_t here = number(at.segment);
+  if (asked_.says_between(here, here + kMotionsAbout,
+                          [&](const nc::Spindle&, unsigned asked) { return (asked & bit) != 0U; }))
+    return;
+  find(CheckOf::spindle, nc_line, [&] {
+    return "coolant " + coolant_text(bit) +
+           " is switched on, which the CL file asks for neither before nor behind";
+  });
 }
 
 void ProgramJudge::check_limits(const nc::LatchValues& latch, double elapsed_s, std::uint32_t nc_line) {
@@ -466,6 +499,13 @@ void ProgramJudge::finish(VerifyReport& report, std::uint32_t nc_line) {
   const auto row = [&](CheckOf of) -> Check& { return checks_[static_cast<std::size_t>(of)]; };
   if (told_.cutter().side != nc::CutterSide::off)
     find(CheckOf::path, nc_line, [] { return std::string("the program ends with cutter compensation on"); });
+  if (asked_.now().spindle.turn == nc::SpindleTurn::off && told_.spindle().turn != nc::SpindleTurn::off &&
+      told_.spindle().rpm > 0)
+    find(CheckOf::spindle, nc_line,
+         [] { return std::string("the program ends with the spindle on, and the CL file has it off"); });
+  if (asked_.now().coolant == 0U && told_.coolant().value_or(0U) != 0U)
+    find(CheckOf::spindle, nc_line,
+         [] { return std::string("the program ends with the coolant on, and the CL file has it off"); });
   for (const std::int64_t number : told_.wear_of_tools())
     find(CheckOf::path, nc_line, [&] {
       return "register " + std::to_string(number) + " is used for wear, and is the entry of tool " +

@@ -259,6 +259,8 @@ class ProgramJudge {
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
   /// What the CL file has switched off before it is off.
   void check_stop(const AskedPause& stop, std::uint32_t nc_line);
+  void check_speed(const nc::Spindle& spindle, const Place& at, std::uint32_t nc_line);
+  void check_coolant(const nc::Coolant& coolant, const Place& at, std::uint32_t nc_line);
 
   const Machine& machine_;
   const nc::Controller& controller_;
