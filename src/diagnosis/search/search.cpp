@@ -638,9 +638,8 @@ void Search::improve(EffectSet& found, std::set<Families>& looked) {
   for (int round = 0; round < kMostSwaps && exchange_members(found, looked); ++round) {
     if (any_lag(atoms_, found)) refit_near(found.criterion);
     const auto least =
-        std::min_element(tried_.begin(), tried_.end(), [](const EffectSet& a, const EffectSet& b) {
-          return a.criterion < b.criterion;
-        });
+        std::min_element(tried_.begin(), tried_.end(),
+                         [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
     if (least->criterion < found.criterion) remember(without_needless(EffectSet(*least)));
     const EffectSet& best = least_of_tried();
     if (!(best.criterion < found.criterion)) return;
