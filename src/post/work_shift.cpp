@@ -86,6 +86,12 @@ nc::OffsetShift WorkShift::none(bool tcp, nc::OffsetShift::Kind kind) const {
   return block(ShiftWords::Zero(), tcp, kind);
 }
 
+// A preset takes back what was added, on controls that have cycles for both.
+void WorkShift::read(const nc::WorkOffset& offset) {
+  active_ = offset.index;
+  if (!controller_.input.places.datum_shift.empty()) added_.setZero();
+}
+
 ShiftWords WorkShift::internal(const nc::OffsetShift& shift) const {
   ShiftWords out;
   for (std::size_t i = 0; i < kLetters.size(); ++i)

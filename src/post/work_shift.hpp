@@ -54,7 +54,7 @@ class WorkShift {
   /// Nothing has been added or set.
   bool is_idle() const { return set_.empty() && added_.isZero(0.0); }
   void read(const nc::OffsetShift& shift);
-  void read(const nc::WorkOffset& offset) { active_ = offset.index; }
+  void read(const nc::WorkOffset& offset);
   /// What is added now.
   ShiftWords words(bool tcp) const;
   /// Motion of the tip in P that the shift makes at `q`.

@@ -518,7 +518,7 @@ TEST(EditedProgram, ASpindleIsToldNothingThatTheFileDoesNotAskFor) {
     };
     std::size_t end = 0, retract = 0;
     for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (lines[i].find("M30") != std::string::npos) end = i;
+      if (lines[i].find("M30") != std::string::npos || lines[i] == "M2") end = i;
       // To the point of the CL file above the first tool's last cut.
       if (retract == 0 && lines[i].find(tnc ? "FMAX" : "G0 ") != std::string::npos && i > lines.size() / 4)
         retract = i;

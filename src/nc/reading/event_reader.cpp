@@ -227,7 +227,8 @@ void EventReader::run_tcp(bool on, std::int64_t offset) {
 void EventReader::run_work_offset(std::int64_t index) {
   // A preset takes back all shifts, on controls that have cycles for both.
   const bool ends_shift = !s_.c.input.places.datum_shift.empty();
-  if (ends_shift && s_.program.shift_added)
+  const bool again = s_.modal.work_offset == index;
+  if (ends_shift && s_.program.shift_added && (again || s_.language.others))
     return s_.error(1, "a preset, and the program's own shift is in force: end that first");
   if (s_.language.others && !s_.language.others->frame().is_idle() &&
       (ends_shift || (s_.modal.work_offset != 0 && s_.modal.work_offset != index)))
