@@ -20,6 +20,7 @@ constexpr std::size_t kWide = 8;            // sets kept from one expansion
 constexpr std::size_t kWideForRivals = 24;  // a short travel has many that look alike
 constexpr std::size_t kBeam = 4;            // sets expanded at each depth
 constexpr std::size_t kMostExchanged = 24;  // sets beside which a rival's member is exchanged
+constexpr double kLeavesNoise = 1.25;       // chi-square per degree of freedom
 constexpr int kMostSwaps = 6;               // of what was found for a smaller one
 constexpr double kSameSpan =
     0.995;  // cosine from which a direction counts as contained: 1 % of its chi-square
@@ -632,19 +633,23 @@ std::vector<EffectSet> Search::rivals(EffectSet& found) {
 }
 
 // A large effect that stands in for two was the best of single ones, and the way to these leads through an
-// exchange beside which it does nothing any more: it is left out then. Which of two sets with time constants
-// that nearly do the same is the nearer is not known before both are refitted.
+// exchange beside which it does nothing any more: it is left out then. Only for what leaves noise: beside
+// that of very large effects the errors of this linear search are larger than what an exchange gains.
 void Search::improve(EffectSet& found, std::set<Families>& looked) {
   for (int round = 0; round < kMostSwaps && exchange_members(found, looked); ++round) {
-    if (any_lag(atoms_, found)) refit_near(found.criterion);
+    // Which of two sets that nearly do the same is the nearer is not known before both are refitted.
+    const bool lags = any_lag(atoms_, found);
+    if (lags) refit_near(found.criterion);
     const auto least =
         std::min_element(tried_.begin(), tried_.end(),
                          [](const EffectSet& a, const EffectSet& b) { return a.criterion < b.criterion; });
-    if (least->criterion < found.criterion) remember(without_needless(EffectSet(*least)));
+    if (!lags && least->criterion < found.criterion) remember(without_needless(EffectSet(*least)));
     const EffectSet& best = least_of_tried();
-    if (!(best.criterion < found.criterion)) return;
+    const double dof = atoms_.base().dof() - static_cast<double>(best.columns());
+    if (!(best.criterion < found.criterion) || (!lags && best.rss > kLeavesNoise * dof)) return;
     found = EffectSet(best);
     complete(found);
+    if (lags) return;
   }
 }
 
