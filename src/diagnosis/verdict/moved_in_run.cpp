@@ -107,6 +107,7 @@ std::vector<UnrecordedCondition> scaled_runs(const Observations& o, const Model&
     for (const Eigen::Index i : o.runs()[run]) column(i, 0) = says[i];
     if (column.norm() == 0.0) continue;
     UnrecordedCondition one;
+    one.kind = 3;
     one.what = "a wrong scale of the readings of run '" + o.data().context.runs[run].id + "' alone";
     one.remedy =
         "Check the calibration of that run's probe or instrument and the unit of its readings, and measure "

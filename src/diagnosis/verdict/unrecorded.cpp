@@ -111,10 +111,14 @@ class Exchange {
     Model rest = model_;
     for (const ModelEffect* effect : out.kept) rest.effects.push_back(*effect);
     const FitCore plain = fit_core(o_, rest, {.robust = false}, flags_);
-    const double handicap = paid(out.dropped, plain) - 2.0 * std::log(static_cast<double>(fitting.size())) -
-                            (known_physics(out.dropped) ? kAxesErr : 0.0) -
+    const double handicap = paid(out.dropped, plain) - (known_physics(out.dropped) ? kAxesErr : 0.0) -
                             (is_growth_alone(out.dropped) ? kSpindlesGrow : 0.0);
-    for (const UnrecordedCondition* one : fitting) try_all(*one, plain, handicap, out);
+    for (const UnrecordedCondition* one : fitting) {
+      const auto alike = std::count_if(fitting.begin(), fitting.end(), [&](const UnrecordedCondition* other) {
+        return other->kind == one->kind;
+      });
+      try_all(*one, plain, handicap - 2.0 * std::log(static_cast<double>(alike)), out);
+    }
     return out;
   }
   double noise_of_named() const { return chi2_ / dof_; }

@@ -14,14 +14,15 @@ namespace trunnion::diagnosis {
 /// Something that acts while it is measured, that no column of the files records and no effect of the library
 /// describes. An effect found in its place would be compensated, and the machine become worse.
 struct UnrecordedCondition {
-  std::string what;                                  // "a drift of the tool in every run"
-  std::string remedy;                                // one sentence: what to do before it is measured again
-  std::string covariate;                             // as in Diagnosis::depends_on; empty: none of its own
-  std::optional<std::size_t> only_in;                // a single run that shows it: the others stand
-  bool goes_with_time = false;                       // steadily (tau infinite), or up to a time constant tau
-  bool steady_is_known = false;                      // the library has the steady one
-  bool of_readings = false;                          // of how it was measured: no machine does it
-  bool is_factor = false;                            // its parameter, and 1, is one of the readings
+  std::string what;                    // "a drift of the tool in every run"
+  std::string remedy;                  // one sentence: what to do before it is measured again
+  std::string covariate;               // as in Diagnosis::depends_on; empty: none of its own
+  std::optional<std::size_t> only_in;  // a single run that shows it: the others stand
+  bool goes_with_time = false;         // steadily (tau infinite), or up to a time constant tau
+  bool steady_is_known = false;        // the library has the steady one
+  bool of_readings = false;            // of how it was measured: no machine does it
+  int kind = 0;            // what moved or drifted, laws, gradients, scales: one is chosen among its kind
+  bool is_factor = false;  // its parameter, and 1, is one of the readings
   bool (*stands_for)(const ModelEffect&) = nullptr;  // what it may be taken for
   /// Derivative of the readings in its parameters, at this time constant (s).
   std::function<MatrixXd(double tau_s)> columns;
