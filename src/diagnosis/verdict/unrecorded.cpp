@@ -160,10 +160,12 @@ class Exchange {
     const double noise = std::max(1.0, std::min(chi2, chi2_) / dof_);
     const double ahead =
         (chi2_ - chi2) / noise + handicap - worth.count * price(columns.cols()) - shapes * price(1);
-    if (ahead <= best.ahead) return;
+    const double dof = std::max(plain.dof() - worth.count - shapes, 1.0);
+    // What leaves more than noise, and more than what was named, is no explanation.
+    if (ahead <= best.ahead || (chi2 >= kOnlyNoise * dof && chi2 > noise_of_named() * dof)) return;
     best.ahead = ahead;
     best.chi2 = chi2;
-    best.dof = std::max(plain.dof() - worth.count - shapes, 1.0);
+    best.dof = dof;
     best.gained = worth.gained / noise;
     best.parameters = worth.count + shapes;
     best.condition = &one;
@@ -375,7 +377,6 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
     if (best.ahead > kThousandToOne && only_noise) say_what_explains(best, d);
     return;
   }
-  if (!only_noise && best.per_degree() > exchange.noise_of_named()) return;
   if (best.ahead > kThousandToOne) {
     say_condition(whole, best, d);
     return;
