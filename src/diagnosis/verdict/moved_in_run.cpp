@@ -115,7 +115,7 @@ std::vector<UnrecordedCondition> scaled_runs(const Observations& o, const Model&
         "once more.";
     one.only_in = run;
     one.is_factor = true;
-    one.stands_for = [](const ModelEffect& effect) { return is_thermal(effect) || is_of_axes(effect); };
+    one.stands_for = is_thermal;
     one.columns = [column](double) { return column; };
     one.largest = VectorXd::Constant(1, kLargestFactor);
     out.push_back(std::move(one));
