@@ -226,6 +226,7 @@ std::optional<InPlace> beside_wandering_readings(const Observations& o, const Fi
                                                  const std::vector<ModelEffect>& named, const Diagnosis& d,
                                                  UnrecordedCondition& condition) {
   std::vector<const ModelEffect*> effects;
+  effects.reserve(named.size() + 1);
   for (const ModelEffect& effect : named) effects.push_back(&effect);
   const std::size_t known = effects.size();
   if (d.formula)
