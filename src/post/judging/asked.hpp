@@ -59,8 +59,8 @@ class Asked {
   /// motion.
   template <class Is>
   bool says_between(std::size_t first, std::size_t last, const Is& is) const {
-    for (std::size_t motion = first; motion <= last; ++motion)
-      if (is(at(motion).spindle, at(motion).coolant)) return true;
+    for (std::size_t motion = first; motion <= last; motion = next_change(motion))
+      if (const AskedState& there = at(motion); is(there.spindle, there.coolant)) return true;
     return std::any_of(said_.begin(), said_.end(), [&](const Said& said) {
       return said.before >= first && said.before <= last && is(said.spindle, said.coolant);
     });

@@ -122,11 +122,20 @@ void ProgramJudge::take(const nc::Block& block, const Place& at, std::uint32_t n
   }
 }
 
+// Of a place where CL points stand together nobody sees which of them the tool is at.
+bool ProgramJudge::asks_about(const Place& at,
+                              const std::function<bool(const nc::Spindle&, unsigned)>& is) const {
+  std::size_t first = at.segment, last = at.segment;
+  while (first > 0 && is_rounding(first, 1.0)) --first;
+  for (std::size_t moved = 0; last < points_.size() && moved < kMotionsAbout; ++last)
+    if (!is_rounding(last + 1, 1.0)) ++moved;
+  return asked_.says_between(number(first), number(last), is);
+}
+
 // Where no cut follows, too: a control speeds up at once, whatever tool it has.
 void ProgramJudge::check_speed(const nc::Spindle& spindle, const Place& at, std::uint32_t nc_line) {
   if (spindle.turn == nc::SpindleTurn::off || spindle.rpm == 0) return;
-  const std::size_t here = number(at.segment);
-  if (asked_.says_between(here, here + kMotionsAbout, [&](const nc::Spindle& asked, unsigned) {
+  if (asks_about(at, [&](const nc::Spindle& asked, unsigned) {
         return asked.turn != nc::SpindleTurn::off && spindle.rpm <= asked.rpm;
       }))
     return;
@@ -139,10 +148,7 @@ void ProgramJudge::check_speed(const nc::Spindle& spindle, const Place& at, std:
 void ProgramJudge::check_coolant(const nc::Coolant& coolant, const Place& at, std::uint32_t nc_line) {
   if (coolant.kind == nc::CoolantKind::off) return;
   const unsigned bit = 1U << static_cast<unsigned>(coolant.kind);
-  const std::size_t here = number(at.segment);
-  if (asked_.says_between(here, here + kMotionsAbout,
-                          [&](const nc::Spindle&, unsigned asked) { return (asked & bit) != 0U; }))
-    return;
+  if (asks_about(at, [&](const nc::Spindle&, unsigned asked) { return (asked & bit) != 0U; })) return;
   find(CheckOf::spindle, nc_line, [&] {
     return "coolant " + coolant_text(bit) +
            " is switched on, which the CL file asks for neither before nor behind";

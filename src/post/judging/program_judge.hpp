@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -259,6 +260,7 @@ class ProgramJudge {
   void take_pause(const Place& at, const AskedPause& told, std::uint32_t nc_line);
   /// What the CL file has switched off before it is off.
   void check_stop(const AskedPause& stop, std::uint32_t nc_line);
+  bool asks_about(const Place& at, const std::function<bool(const nc::Spindle&, unsigned)>& is) const;
   void check_speed(const nc::Spindle& spindle, const Place& at, std::uint32_t nc_line);
   void check_coolant(const nc::Coolant& coolant, const Place& at, std::uint32_t nc_line);
 
