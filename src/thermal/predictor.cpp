@@ -158,8 +158,8 @@ void Predictor::take(double time_s, std::span<const double> temperature_degC, do
   if (!held.empty())
     warnings_.push_back(
         "at " + shortest_text(time_s) +
-        " s the model cannot be asked any more (a sensor, or the speed, is silent): what it said "
-        "last is held until the next measurement: " +
+        " s a sensor, or the speed, has been silent for too long: until it is back, or something is "
+        "measured, what was said last is held: " +
         held);
 }
 

@@ -307,6 +307,37 @@ TEST(ThermalPredict, TellsWhatLiesOutsideOfTheTraining) {
   EXPECT_THAT(said_of(60.0), HasSubstr("lie outside of what the model of"));
 }
 
+// A sensor that was never read counted as at reference: what it asks for was left out of a program that was
+// called verified. A column that the model does not need may be empty.
+TEST(ThermalPost, RefusesALogWithoutAReadingOfASensorThatIsNeeded) {
+  const Folder folder;
+  std::ofstream(folder.file("thermal.toml")) << model_file_text();
+  std::ofstream(folder.file("errors.toml"))
+      << "[model]\nname = \"m\"\n[[effect]]\nid = \"ambient_drift\"\n[effect.parameters]\nX_um_per_K = "
+         "2\nY_um_per_K = 1\nZ_um_per_K = 3\ntau_s = 600\n";
+  std::ofstream(folder.file("part.cls"))
+      << "PARTNO P\nLOADTL/1\nFEDRAT/MMPM,500\nRAPID\nGOTO/0,0,60\nGOTO/0,0,40\nGOTO/20,0,40\nFINI\n";
+  const auto code_of = [&](const std::string& option, const std::string& ambient, const std::string& bed) {
+    std::ofstream(folder.file("log.csv"))
+        << "time_s,T_spindle_front_degC,T_spindle_rear_degC,T_head_degC,T_column_degC,T_a_bearing_degC,"
+           "T_c_bearing_degC,T_bed_degC,T_ambient_degC\n0,20,20,20,20,20,20,"
+        << bed << "," << ambient << "\n60,21,21,21,21,21,21," << bed << "," << ambient << "\n";
+    const std::string command = kProgram + " post " + folder.file("part.cls") + " -m trunnion_offset " +
+                                option + " --temperatures " + folder.file("log.csv") + " -o " +
+                                folder.file("o.nc") + " > /dev/null 2> " + folder.file("err.txt");
+    return WEXITSTATUS(std::system(command.c_str()));
+  };
+  const std::string model = "--model " + folder.file("errors.toml");
+  EXPECT_EQ(code_of(model, "21", "21"), 0) << read_file(folder.file("err.txt")).value_or("");
+  EXPECT_EQ(code_of(model, "21", ""), 0) << read_file(folder.file("err.txt")).value_or("");
+  fs::remove(folder.file("o.nc"));
+  EXPECT_EQ(code_of(model, "", "21"), 3);
+  EXPECT_THAT(read_file(folder.file("err.txt")).value_or(""),
+              HasSubstr("the log has no reading in column T_ambient_degC"));
+  EXPECT_EQ(code_of("--thermal " + folder.file("thermal.toml"), "", "21"), 3);
+  EXPECT_FALSE(fs::exists(folder.file("o.nc")));
+}
+
 // A channel of another name is asked for its offset, with the option that says it; nothing is written before.
 TEST(ThermalFit, AsksWhichOffsetAChannelGives) {
   const Folder folder;

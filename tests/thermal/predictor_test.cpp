@@ -446,7 +446,7 @@ TEST(ThermalPredictor, HoldsWhatItSaidLastWhenASensorFallsSilent) {
     EXPECT_GT(std::abs(said.back().value_mm), 5.0 * kMmPerUm) << speed;
     EXPECT_LT(largest, 1.0 * kMmPerUm) << speed;
     ASSERT_EQ(prediction->warnings.size(), 1U) << speed;
-    EXPECT_NE(prediction->warnings[0].find("what it said last is held"), std::string::npos);
+    EXPECT_NE(prediction->warnings[0].find("what was said last is held"), std::string::npos);
   }
 }
 
