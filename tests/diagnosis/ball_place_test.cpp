@@ -176,6 +176,18 @@ TEST(BallPlace, TellsTheRunThatCountsFromAnotherZero) {
   EXPECT_EQ(d.bookkeeping.size(), 1U);
 }
 
+// Where nothing but the place of a ball speaks for it, the readings are as right with it as without it.
+TEST(BallPlace, IsLessSureWhereTheReadingsSayNothing) {
+  const Balls shop("");
+  Convention mistake = shifted({*shop.machine.axis("X")}, {25.0});
+  mistake.run = 1;
+  const Diagnosis d = shop.with(mistake);
+  ASSERT_EQ(d.verdict, Verdict::bookkeeping) << d.paragraph;
+  EXPECT_LE(d.confidence, 0.85) << d.paragraph;
+  EXPECT_NE(d.paragraph.find("a point that was led about on the part on purpose"), std::string::npos)
+      << d.paragraph;
+}
+
 // Columns of one run alone, while the other run stands still.
 TEST(BallPlace, TellsTheColumnsOfOneRun) {
   const Balls shop("[[effect]]\nid = \"component:EZC\"\n[effect.parameters]\ncos2_um = 4\n");

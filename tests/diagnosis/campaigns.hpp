@@ -105,4 +105,12 @@ inline Model model_for(const Machine& machine, const diagnosis::Dataset& data, c
   return *model;
 }
 
+/// Beside the places of the axes, which are fitted.
+inline diagnosis::Diagnosis said_beside_locations(const Machine& machine, const diagnosis::Dataset& data) {
+  return diagnose(machine, data,
+                  model_for(machine, data,
+                            "[model]\nname = \"known\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid "
+                            "= \"location:C\"\n"));
+}
+
 }  // namespace trunnion::test

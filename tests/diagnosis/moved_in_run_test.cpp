@@ -40,13 +40,7 @@ struct Runs {
       if (data.context.runs[data.run_of(data.readings[i])].id == run)
         data.readings[i].value += response.row(static_cast<Eigen::Index>(i)).head<3>() * by;
   }
-  Diagnosis said() const {
-    return diagnose(
-        machine, data,
-        test::model_for(machine, data,
-                        "[model]\nname = \"known\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid "
-                        "= \"location:C\"\n"));
-  }
+  Diagnosis said() const { return test::said_beside_locations(machine, data); }
 };
 
 bool is_of(const Diagnosis& d, EffectClass kind) {

@@ -32,13 +32,7 @@ struct Readings {
       r.value += size * r.u_random * now;
     }
   }
-  Diagnosis said() const {
-    return diagnose(
-        machine, data,
-        test::model_for(machine, data,
-                        "[model]\nname = \"known\"\n[[effect]]\nid = \"location:A\"\n[[effect]]\nid "
-                        "= \"location:C\"\n"));
-  }
+  Diagnosis said() const { return test::said_beside_locations(machine, data); }
 };
 
 TEST(LongWanderingReadings, AreNoErrorOfTheMachine) {

@@ -54,7 +54,7 @@ std::vector<UnrecordedCondition> growth_laws(const Observations& o) {
   if (!speed_varies(o)) return out;
   const auto add = [&](double power, const std::string& law, bool (*stands_for)(const ModelEffect&)) {
     UnrecordedCondition one;
-    one.kind = 1;
+    one.kind = ConditionKind::law;
     one.what = "a growth of the spindle " + law;
     one.remedy =
         "Let the spindle run at three speeds and more, each until nothing moves, then stand, and measure its "

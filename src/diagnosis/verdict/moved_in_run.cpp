@@ -107,14 +107,13 @@ std::vector<UnrecordedCondition> scaled_runs(const Observations& o, const Model&
     for (const Eigen::Index i : o.runs()[run]) column(i, 0) = says[i];
     if (column.norm() == 0.0) continue;
     UnrecordedCondition one;
-    one.kind = 3;
+    one.kind = ConditionKind::scale;
     one.what = "a wrong scale of the readings of run '" + o.data().context.runs[run].id + "' alone";
     one.remedy =
         "Check the calibration of that run's probe or instrument and the unit of its readings, and measure "
         "it "
         "once more.";
     one.only_in = run;
-    one.is_factor = true;
     one.stands_for = is_thermal;
     one.columns = [column](double) { return column; };
     one.largest = VectorXd::Constant(1, kLargestFactor);

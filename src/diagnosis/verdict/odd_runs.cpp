@@ -214,16 +214,6 @@ bool others_ask_for(const ProposedFormula& formula, const Machine& machine, cons
   return chi2_tail(gain, static_cast<double>(std::max<std::size_t>(formula.terms, 1))) < kAskedFor;
 }
 
-// What the other runs say of a run that was held out halves what it is off by: all show it.
-bool is_common(const ProposedFormula& formula) {
-  constexpr double kHalf = 0.5;
-  const auto halves = [](const std::optional<double>& before, const std::optional<double>& after) {
-    return before && after && *after < kHalf * *before;
-  };
-  return halves(formula.heldout_before_um, formula.heldout_after_um) ||
-         halves(formula.heldout_before_urad, formula.heldout_after_urad);
-}
-
 struct Others {
   std::size_t without;  // run
   const Shown& shown;
@@ -285,7 +275,7 @@ void blame_odd_runs(const Observations& whole, const Model& model, const std::ve
     runs.push_back(run);
     others.push_back(std::move(*rest));
   }
-  if (runs.empty() || (d.formula && is_common(*d.formula))) return;
+  if (runs.empty()) return;
   if (d.formula && runs.size() == 1 &&
       others_ask_for(*d.formula, whole.machine(), without(data, runs.front()),
                      with(model, others.front().effects)) &&

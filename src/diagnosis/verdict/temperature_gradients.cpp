@@ -65,7 +65,7 @@ std::vector<UnrecordedCondition> temperature_gradients(const Observations& o) {
   for (const Signal_K& signal : signals(o))
     for (AxisId axis = 0; axis < o.machine().axes.size(); ++axis) {
       UnrecordedCondition one;
-      one.kind = 2;
+      one.kind = ConditionKind::gradient;
       one.what =
           "a shift, tilt or bend of joint " + o.machine().axes[axis].name + " that follows " + signal.name;
       one.remedy = "Measure once more at another temperature, and write it as a formula in the model file.";

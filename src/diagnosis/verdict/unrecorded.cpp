@@ -6,6 +6,7 @@
 #include "diagnosis/fit/fit_core.hpp"
 #include "diagnosis/fit/statistics.hpp"
 #include "diagnosis/verdict/wandering_readings.hpp"
+#include "diagnosis/verdict/worth.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -28,51 +29,9 @@ bool is_steady_drift(const ModelEffect& effect) {
   return effect.id() == "time_drift";
 }
 
-// Of columns that are orthogonal to a fit: what those explain that are worth their price, the best first
-// (orthogonal matching pursuit), and how many they are. `whole`: their lengths before the fit was taken out;
-// one of which hardly anything is left follows rounding. `largest`: of each of their coefficients, beyond
-// which they are no explanation; empty: any.
-struct Worth {
-  double gained = 0.0, count = 0.0;
-  VectorXd coefficients;  // of those that were taken
-};
-Worth worth(const MatrixXd& columns, const VectorXd& whole, const VectorXd& white, double price,
-            const VectorXd& largest) {
-  constexpr double kHardlySeen = 1e-4, kHardlyOwn = 1e-3;
-  Worth out;
-  std::vector<Eigen::Index> chosen;
-  MatrixXd rest = columns;
-  const auto next = [&]() -> std::pair<Eigen::Index, double> {
-    std::pair<Eigen::Index, double> best{-1, price};
-    const VectorXd products = rest.transpose() * white;
-    for (Eigen::Index k = 0; k < rest.cols(); ++k) {
-      const double own = rest.col(k).norm();
-      if (!(own > kHardlySeen * whole[k]) || !(own > kHardlyOwn * columns.col(k).norm())) continue;
-      const double gain = std::pow(products[k] / own, 2);
-      if (gain > best.second) best = {k, gain};
-    }
-    return best;
-  };
-  while (out.count < static_cast<double>(columns.cols())) {
-    const auto [k, gain] = next();
-    if (k < 0) break;
-    chosen.push_back(k);
-    out.gained += gain;
-    out.count += 1.0;
-    const VectorXd q = rest.col(k).normalized();
-    for (int twice = 0; twice < 2; ++twice) rest -= q * (q.transpose() * rest);
-  }
-  if (chosen.empty() || largest.size() == 0) return out;
-  const MatrixXd used = columns(Eigen::all, chosen);
-  out.coefficients = used.householderQr().solve(white);
-  for (std::size_t k = 0; k < chosen.size(); ++k)
-    if (std::abs(out.coefficients[static_cast<Eigen::Index>(k)]) > largest[chosen[k]]) return {};
-  return out;
-}
-
 std::string words_of(const InPlace& best) {
   const std::string& what = best.condition->what;
-  if (best.condition->is_factor)
+  if (best.condition->kind == ConditionKind::scale)
     return what + " (" + short_number(best.factor) + " times as large as the model says)";
   if (!best.condition->goes_with_time) return what;
   return what + (std::isinf(best.tau_s) ? ", steady with time"
@@ -87,9 +46,9 @@ class Exchange {
       : o_(whole), model_(model), flags_(std::move(flags)) {
     for (const auto& make : {drifts, growth_by_run, growth_laws, temperature_gradients, reversals,
                              displaced_tools, moved_in_run})
-      for (UnrecordedCondition& one : make(whole)) conditions_.push_back(std::move(one));
+      add(make(whole));
     const FitCore as_given = fit_core(o_, model_, {.robust = false}, flags_);
-    for (UnrecordedCondition& one : scaled_runs(whole, as_given.model)) conditions_.push_back(std::move(one));
+    add(scaled_runs(whole, as_given.model));
     Model with_all = model_;
     with_all.effects.insert(with_all.effects.end(), named.begin(), named.end());
     const FitCore all = fit_core(o_, with_all, {.robust = false}, flags_);
@@ -102,28 +61,32 @@ class Exchange {
     InPlace out;
     out.dropped = std::move(dropped);
     out.kept = std::move(kept);
-    std::vector<const UnrecordedCondition*> fitting;
-    for (const UnrecordedCondition& one : conditions_)
+    std::vector<Condition> fitting;
+    for (const Condition& one : conditions_)
       if (std::all_of(out.dropped.begin(), out.dropped.end(),
-                      [&](const ModelEffect* effect) { return one.stands_for(*effect); }))
-        fitting.push_back(&one);
+                      [&](const ModelEffect* effect) { return one->stands_for(*effect); }))
+        fitting.push_back(one);
     if (fitting.empty()) return out;
     Model rest = model_;
     for (const ModelEffect* effect : out.kept) rest.effects.push_back(*effect);
     const FitCore plain = fit_core(o_, rest, {.robust = false}, flags_);
     const double handicap = paid(out.dropped, plain) - (known_physics(out.dropped) ? kAxesErr : 0.0) -
                             (is_growth_alone(out.dropped) ? kSpindlesGrow : 0.0);
-    for (const UnrecordedCondition* one : fitting) {
-      const auto alike = std::count_if(fitting.begin(), fitting.end(), [&](const UnrecordedCondition* other) {
-        return other->kind == one->kind;
-      });
-      try_all(*one, plain, handicap - 2.0 * std::log(static_cast<double>(alike)), out);
+    for (const Condition& one : fitting) {
+      const auto alike = std::count_if(fitting.begin(), fitting.end(),
+                                       [&](const Condition& other) { return other->kind == one->kind; });
+      try_all(one, plain, handicap - 2.0 * std::log(static_cast<double>(alike)), out);
     }
     return out;
   }
   double noise_of_named() const { return chi2_ / dof_; }
 
  private:
+  using Condition = std::shared_ptr<const UnrecordedCondition>;
+  void add(std::vector<UnrecordedCondition> some) {
+    for (UnrecordedCondition& one : some)
+      conditions_.push_back(std::make_shared<const UnrecordedCondition>(std::move(one)));
+  }
   static bool known_physics(const std::vector<const ModelEffect*>& dropped) {
     return !dropped.empty() &&
            std::all_of(dropped.begin(), dropped.end(), [](const ModelEffect* e) { return is_of_axes(*e); });
@@ -150,10 +113,10 @@ class Exchange {
     }
     return out;
   }
-  void try_one(const UnrecordedCondition& one, double tau_s, const FitCore& plain, double handicap,
+  void try_one(const Condition& one, double tau_s, const FitCore& plain, double handicap,
                InPlace& best) const {
-    const MatrixXd columns = one.columns(tau_s);
-    const Worth worth = worth_of(columns, plain, one.largest);
+    const MatrixXd columns = one->columns(tau_s);
+    const Worth worth = worth_of(columns, plain, one->largest);
     if (worth.count == 0.0) return;
     const double chi2 = plain.chi2() - worth.gained;
     const double shapes = std::isinf(tau_s) ? 0.0 : 1.0;
@@ -168,19 +131,19 @@ class Exchange {
     best.dof = dof;
     best.gained = worth.gained / noise;
     best.parameters = worth.count + shapes;
-    best.condition = &one;
+    best.condition = one;
     best.tau_s = tau_s;
-    if (one.is_factor) best.factor = 1.0 + worth.coefficients[0];
+    if (one->kind == ConditionKind::scale) best.factor = 1.0 + worth.coefficients[0];
   }
-  void try_all(const UnrecordedCondition& one, const FitCore& plain, double handicap, InPlace& best) const {
-    if (!one.steady_is_known) try_one(one, INFINITY, plain, handicap, best);
-    if (!one.goes_with_time) return;
+  void try_all(const Condition& one, const FitCore& plain, double handicap, InPlace& best) const {
+    if (!one->steady_is_known) try_one(one, INFINITY, plain, handicap, best);
+    if (!one->goes_with_time) return;
     double factor = std::pow(kLongest_s / kShortest_s, 1.0 / (kTimeConstants - 1));
     for (int k = 0; k < kTimeConstants; ++k)
       try_one(one, kShortest_s * std::pow(factor, k), plain, handicap, best);
     // By the square root of the factor to either side of the best, five times: to a hundredth.
     constexpr int kHalvings = 5;
-    for (int k = 0; k < kHalvings && best.condition == &one && !std::isinf(best.tau_s); ++k) {
+    for (int k = 0; k < kHalvings && best.condition == one && !std::isinf(best.tau_s); ++k) {
       factor = std::sqrt(factor);
       const double best_s = best.tau_s;
       try_one(one, best_s / factor, plain, handicap, best);
@@ -191,7 +154,7 @@ class Exchange {
   const Observations& o_;
   const Model& model_;
   std::vector<bool> flags_;
-  std::vector<UnrecordedCondition> conditions_;
+  std::vector<Condition> conditions_;
   double chi2_ = 0.0, dof_ = 1.0;  // with all that was named
 };
 
@@ -244,8 +207,8 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
   d.next.reset();
   const std::vector<std::vector<std::string>> others = sets_without(d.sets, ids_of(best.dropped));
   d.sets.clear();
-  if (best.condition->of_readings) d.formula.reset();
-  if ((only_in || best.condition->of_readings) && !best.kept.empty()) {
+  if (best.condition->kind == ConditionKind::wander) d.formula.reset();
+  if ((only_in || best.condition->kind == ConditionKind::wander) && !best.kept.empty()) {
     const std::vector<std::string> kept = ids_of(best.kept);
     const bool only_noise = best.per_degree() < kOnlyNoise;
     std::erase_if(d.additions, [&](const ModelEffect& e) {
@@ -263,7 +226,7 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
         better + ". " + best.condition->remedy;
     return;
   }
-  if (best.condition->of_readings) {
+  if (best.condition->kind == ConditionKind::wander) {
     d.verdict = Verdict::data_problem;
     d.imitators = ids_of(best.dropped);
     d.paragraph = "Nothing is proved that is missing in the model: " + better + " than " +
@@ -289,8 +252,7 @@ void say_condition(const Observations& o, const InPlace& best, Diagnosis& d) {
 // longer than the others is what a wrong scale of that run does, too.
 void say_what_explains(const InPlace& best, Diagnosis& d) {
   const std::string words = words_of(best) + ". " + best.condition->remedy;
-  const bool blames_a_run = !d.rows.odd_runs.empty() && best.condition->covariate.empty();
-  if (best.condition->only_in || (!best.condition->goes_with_time && blames_a_run)) {
+  if (best.condition->only_in || (!best.condition->goes_with_time && !d.rows.odd_runs.empty())) {
     d.paragraph += " What would explain it: " + words;
     return;
   }
@@ -360,14 +322,13 @@ void doubt_beside_unrecorded(const Observations& whole, const Model& model, cons
   const std::vector<bool> flags = alike ? left_out : std::vector<bool>{};
   const Exchange exchange(whole, model, flags, named);
   InPlace best = best_exchange(exchange, named);
-  UnrecordedCondition wander;
-  if (const auto wandering = beside_wandering_readings(
-          whole, fit_core(whole, model, {.robust = false}, flags), named, d, wander);
+  if (const auto wandering =
+          beside_wandering_readings(whole, fit_core(whole, model, {.robust = false}, flags), named, d);
       wandering && wandering->ahead > best.ahead)
     best = *wandering;
   if (best.condition == nullptr || best.ahead < -kThousandToOne) return;
   const bool only_noise = best.per_degree() < kOnlyNoise;
-  if (best.condition->of_readings) {
+  if (best.condition->kind == ConditionKind::wander) {
     say_that_they_wander(whole, best, d);
     return;
   }

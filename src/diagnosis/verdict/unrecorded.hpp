@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,18 +12,25 @@
 
 namespace trunnion::diagnosis {
 
+/// What acts. One condition is chosen among those of its kind.
+enum class ConditionKind : std::uint8_t {
+  moved,     // drifted, grew with the runs, turned over, was displaced
+  law,       // an effect of the library by another law
+  gradient,  // by recorded temperatures, as the library does not have it
+  scale,     // its one parameter, and 1, is a factor of the readings
+  wander     // of the readings: no machine does it
+};
+
 /// Something that acts while it is measured, that no column of the files records and no effect of the library
 /// describes. An effect found in its place would be compensated, and the machine become worse.
 struct UnrecordedCondition {
-  std::string what;                    // "a drift of the tool in every run"
-  std::string remedy;                  // one sentence: what to do before it is measured again
-  std::string covariate;               // as in Diagnosis::depends_on; empty: none of its own
-  std::optional<std::size_t> only_in;  // a single run that shows it: the others stand
-  bool goes_with_time = false;         // steadily (tau infinite), or up to a time constant tau
-  bool steady_is_known = false;        // the library has the steady one
-  bool of_readings = false;            // of how it was measured: no machine does it
-  int kind = 0;            // what moved or drifted, laws, gradients, scales: one is chosen among its kind
-  bool is_factor = false;  // its parameter, and 1, is one of the readings
+  ConditionKind kind = ConditionKind::moved;
+  std::string what;                                  // "a drift of the tool in every run"
+  std::string remedy;                                // one sentence: what to do before it is measured again
+  std::string covariate;                             // as in Diagnosis::depends_on; empty: none of its own
+  std::optional<std::size_t> only_in;                // a single run that shows it: the others stand
+  bool goes_with_time = false;                       // steadily (tau infinite), or up to a time constant tau
+  bool steady_is_known = false;                      // the library has the steady one
   bool (*stands_for)(const ModelEffect&) = nullptr;  // what it may be taken for
   /// Derivative of the readings in its parameters, at this time constant (s).
   std::function<MatrixXd(double tau_s)> columns;
@@ -33,7 +41,7 @@ struct UnrecordedCondition {
 struct InPlace {
   double ahead = -INFINITY;  // of what was named, in -2 ln
   double chi2 = 0.0, dof = 1.0, gained = 0.0, parameters = 0.0;
-  const UnrecordedCondition* condition = nullptr;
+  std::shared_ptr<const UnrecordedCondition> condition;
   double tau_s = INFINITY, factor = 1.0;
   std::vector<const ModelEffect*> dropped, kept;
 

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <oneapi/tbb/parallel_for.h>
 
-#include "trunnion/base/median.hpp"
 #include "trunnion/base/units.hpp"
 #include "trunnion/geom/linear_algebra.hpp"
 
 #include "diagnosis/fit/fit_core.hpp"
+#include "diagnosis/fit/variance.hpp"
 #include "diagnosis/fit/wander.hpp"
+#include "diagnosis/verdict/worth.hpp"
 
 namespace trunnion::diagnosis {
 namespace {
@@ -25,13 +26,6 @@ constexpr std::array kLengths = {3.0, 8.0, 20.0, 50.0, 150.0, 500.0};
 constexpr double kPriorOfSize = 12.0;
 constexpr double kFormulasTried = 2000.0;  // functions of the state that count as independent (README)
 constexpr double kRankBelow = 1e-6;
-
-// Columns of one effect, or of a formula, and what they cost in -2 ln.
-struct Block {
-  MatrixXd columns;
-  double price = 0.0;
-  bool is_formula = false;
-};
 
 using Subset = unsigned;  // bit k: block k
 
@@ -180,112 +174,102 @@ std::vector<Cost> best_costs(const WanderingFit& fit) {
   return out;
 }
 
-// Those of an effect's columns that are worth their price, one at least.
-double worth_paying(const MatrixXd& columns, const FitCore& base, double each) {
-  MatrixXd rest = base.projected(columns);
-  double count = 0.0;
-  const double noise = std::max(1.0, base.chi2() / std::max(base.dof(), 1.0));
-  while (count < static_cast<double>(columns.cols())) {
-    double gain = 0.0;
-    Eigen::Index best = -1;
-    for (Eigen::Index k = 0; k < rest.cols(); ++k) {
-      const double own = rest.col(k).norm();
-      if (own < 1e-12) continue;
-      if (const double g = std::pow(rest.col(k).dot(base.white) / own, 2) / noise; g > gain)
-        gain = g, best = k;
-    }
-    if (best < 0 || gain < each) break;
-    count += 1.0;
-    const VectorXd q = rest.col(best).normalized();
-    rest -= q * (q.transpose() * rest);
+// What stands against a wander: named effects first, then those of the formula, about the fit with all of
+// them (where one is large the others are of second order of it).
+struct Against {
+  std::vector<MatrixXd> columns;
+  std::vector<double> prices;  // in -2 ln
+  VectorXd raw;                // readings without the base alone
+
+  double price(Subset set) const {
+    double out = 0.0;
+    for (std::size_t k = 0; k < prices.size(); ++k)
+      if ((set >> k) % 2 == 1) out += prices[k];
+    return out;
   }
-  return std::max(count, 1.0);
+};
+
+Against against(const Observations& o, const FitCore& base, const std::vector<ModelEffect>& named,
+                const Diagnosis& d) {
+  Model with_all = base.model;
+  with_all.effects.insert(with_all.effects.end(), named.begin(), named.end());
+  if (d.formula)
+    with_all.effects.insert(with_all.effects.end(), d.formula->alone.effects.begin(),
+                            d.formula->alone.effects.end());
+  std::vector<bool> flags = base.whitening->noise().used;
+  flags.flip();
+  const FitCore all = fit_core(o, with_all, {.robust = false}, flags);
+  const double each = std::log(static_cast<double>(o.size()));
+  const double noise = std::max(1.0, base.chi2() / std::max(base.dof(), 1.0));
+  Against out{{}, {}, all.raw};
+  const std::size_t first = base.model.effects.size();
+  for (std::size_t k = first; k < all.model.effects.size(); ++k) {
+    const ModelEffect& fitted = all.model.effects[k];
+    const EffectInfo& info = fitted.effect->info();
+    const MatrixXd& columns = out.columns.emplace_back(o.linear_columns(*fitted.effect, fitted.shape()));
+    for (std::size_t p = 0; p < info.linear_count(); ++p)
+      out.raw += fitted.parameters[p].value * columns.col(static_cast<Eigen::Index>(p));
+    if (k - first >= named.size()) {
+      out.prices.push_back(static_cast<double>(d.formula->terms) * (each + 2.0 * std::log(kFormulasTried)));
+      continue;
+    }
+    const VectorXd whole = base.whitening->applied(columns).colwise().norm();
+    const double needed = worth(base.projected(columns), whole, base.white, each * noise, {}).count;
+    out.prices.push_back((std::max(1.0, needed) + static_cast<double>(info.shape_count())) * each +
+                         2.0 * std::log(std::max(1.0, static_cast<double>(d.ranking.size()))));
+  }
+  return out;
 }
 
 // What it is, and what to do before it is measured again.
-void say(const Wander& wander, const Observations& o, UnrecordedCondition& to) {
-  std::vector<double> u;
-  for (Eigen::Index i = 0; i < o.size(); ++i)
-    if (o.reading(i).quantity == o.reading(0).quantity) u.push_back(o.reading(i).u_random);
-  const bool length = o.reading(0).quantity == Quantity::displacement;
-  const std::string size =
-      short_number(wander.size * median(std::move(u)) / (length ? kMmPerUm : kRadPerUrad)) +
-      (length ? " um" : " urad");
-  to.what = "an instrument that wanders by " + size + " within some " +
-            std::to_string(std::llround(wander.length)) +
-            (wander.along_run ? " readings" : " readings of one direction");
-  to.remedy =
+UnrecordedCondition condition_of(const Wander& wander, const Observations& o) {
+  const Quantity quantity = o.reading(0).quantity;
+  const bool length = quantity == Quantity::displacement;
+  UnrecordedCondition out;
+  out.kind = ConditionKind::wander;
+  out.what = "an instrument that wanders by " +
+             short_number(wander.size * typical_u(o, quantity) / (length ? kMmPerUm : kRadPerUrad)) +
+             (length ? " um" : " urad") + " within some " + std::to_string(std::llround(wander.length)) +
+             (wander.along_run ? " readings" : " readings of one direction");
+  out.remedy =
       "Let the instrument settle and measure the same poses once more, in another order: what comes back is "
       "an "
       "error of the machine.";
+  return out;
 }
 
 }  // namespace
 
 std::optional<InPlace> beside_wandering_readings(const Observations& o, const FitCore& base,
-                                                 const std::vector<ModelEffect>& named, const Diagnosis& d,
-                                                 UnrecordedCondition& condition) {
-  std::vector<const ModelEffect*> effects;
-  effects.reserve(named.size() + 1);
-  for (const ModelEffect& effect : named) effects.push_back(&effect);
-  const std::size_t known = effects.size();
-  if (d.formula)
-    for (const ModelEffect& effect : d.formula->alone.effects) effects.push_back(&effect);
-  if (o.size() > kMostReadingsThatWander || o.size() < kFewestThatWander || effects.size() > kMostBlocks)
+                                                 const std::vector<ModelEffect>& named, const Diagnosis& d) {
+  const std::size_t known = named.size();
+  const std::size_t count = known + (d.formula ? d.formula->alone.effects.size() : 0);
+  if (o.size() > kMostReadingsThatWander || o.size() < kFewestThatWander || count > kMostBlocks)
     return std::nullopt;
-
-  // About the fit with all of them: where one is large the others are of second order of it.
-  Model with_all = base.model;
-  for (const ModelEffect* effect : effects) with_all.effects.push_back(*effect);
-  std::vector<bool> flags = base.whitening->noise().used;
-  flags.flip();
-  const FitCore all = fit_core(o, with_all, {.robust = false}, flags);
-  const double each = std::log(static_cast<double>(o.size()));
-  VectorXd raw = all.raw;
-  std::vector<MatrixXd> columns;
-  std::vector<double> prices;
-  for (std::size_t k = 0; k < effects.size(); ++k) {
-    const ModelEffect& fitted = all.model.effects[base.model.effects.size() + k];
-    const EffectInfo& info = fitted.effect->info();
-    columns.push_back(o.linear_columns(*fitted.effect, fitted.shape()));
-    for (std::size_t p = 0; p < info.linear_count(); ++p)
-      raw += fitted.parameters[p].value * columns.back().col(static_cast<Eigen::Index>(p));
-    prices.push_back(k >= known
-                         ? static_cast<double>(d.formula->terms) * (each + 2.0 * std::log(kFormulasTried))
-                         : worth_paying(columns.back(), base, each) * each +
-                               static_cast<double>(info.shape_count()) * each +
-                               2.0 * std::log(std::max(1.0, static_cast<double>(d.ranking.size()))));
-  }
-  const WanderingFit fit(o, base, std::move(columns), raw);
-  const auto priced = [&](const Cost& cost, Subset set) {
-    double out = cost.deviance;
-    for (std::size_t k = 0; k < prices.size(); ++k)
-      if ((set >> k) % 2 == 1) out += prices[k];
-    return out;
-  };
-  const Subset everything = (Subset{1} << effects.size()) - 1;
-  const Cost white = fit.costs({0.0, 1.0, true})[everything];
+  const Against other = against(o, base, named, d);
+  const WanderingFit fit(o, base, other.columns, other.raw);
+  const Subset everything = (Subset{1} << count) - 1;
+  const double white = fit.costs({0.0, 1.0, true})[everything].deviance + other.price(everything);
   const std::vector<Cost> wandering = best_costs(fit);
   if (wandering.empty()) return std::nullopt;
+  const auto priced = [&](Subset set) { return wandering[set].deviance + other.price(set); };
   Subset best = 0;
   for (Subset set = 0; set <= everything; ++set)
-    if (priced(wandering[set], set) < priced(wandering[best], best)) best = set;
-  constexpr double kWays = 2.0;  // along the run, along each direction
+    if (priced(set) < priced(best)) best = set;
   InPlace out;
-  out.ahead = priced(white, everything) - priced(wandering[best], best) - 2.0 * each - 2.0 * std::log(kWays);
+  for (std::size_t k = 0; k < known; ++k)
+    ((best >> k) % 2 == 1 ? out.kept : out.dropped).push_back(&named[k]);
+  const bool needs_formula = (best >> known) != 0;
+  const bool replaces = !out.dropped.empty() || d.formula || count == 0;
+  if (needs_formula || !replaces) return std::nullopt;
+  // Its size and its length, and whether it is of a run or of each direction.
+  constexpr double kWays = 2.0;
+  out.ahead = white - priced(best) - 2.0 * std::log(static_cast<double>(o.size())) - 2.0 * std::log(kWays);
   out.chi2 = wandering[best].chi2;
   out.dof = wandering[best].dof;
   out.gained = std::max(out.ahead, 0.0);
   out.parameters = 2.0;
-  condition = {};
-  say(wandering[best].wander, o, condition);
-  condition.of_readings = true;
-  out.condition = &condition;
-  for (std::size_t k = 0; k < known; ++k)
-    ((best >> k) % 2 == 1 ? out.kept : out.dropped).push_back(&named[k]);
-  for (std::size_t k = known; k < effects.size(); ++k)
-    if ((best >> k) % 2 == 1) return std::nullopt;  // the formula is needed all the same
-  if (out.dropped.empty() && !d.formula && !effects.empty()) return std::nullopt;
+  out.condition = std::make_shared<const UnrecordedCondition>(condition_of(wandering[best].wander, o));
   return out;
 }
 

@@ -3,11 +3,10 @@
 
 namespace trunnion::diagnosis {
 
-/// What was named, or followed by a formula, against readings that wander (an instrument that drifts): the
-/// best set of the named effects beside such a noise. `named` and the result's condition, which `out` holds,
-/// must outlive it. Nothing where there are too many readings, or nothing to compare.
+/// Readings that wander (an instrument that drifts) against what was named, or follows a formula (README of
+/// this layer): the set of named effects that is best beside such a noise. `named` must outlive the result.
+/// Nothing where readings are too many or too few, or where the formula is needed beside the wander, too.
 std::optional<InPlace> beside_wandering_readings(const Observations& observations, const FitCore& base,
-                                                 const std::vector<ModelEffect>& named, const Diagnosis& d,
-                                                 UnrecordedCondition& out);
+                                                 const std::vector<ModelEffect>& named, const Diagnosis& d);
 
 }  // namespace trunnion::diagnosis
