@@ -156,7 +156,10 @@ TEST(LongOtherLaws, AWrongScaleOfOneRunIsNoThermalEffect) {
     for (Reading& r : data.readings)
       if (data.context.runs[data.run_of(r)].id == "ball_2") r.value *= 1.25;
     const Diagnosis d = diagnose(machine, data, test::model_for(machine, data, known));
-    EXPECT_NE(d.paragraph.find("ball_2"), std::string::npos) << text_of(d.verdict) << " " << d.paragraph;
+    // With the second seed leaving the run out says it already.
+    const std::string wanted = seed == 1 ? "a wrong scale of the readings of run 'ball_2' alone (1.2"
+                                         : "The readings of run 'ball_2'";
+    EXPECT_NE(d.paragraph.find(wanted), std::string::npos) << text_of(d.verdict) << " " << d.paragraph;
     EXPECT_TRUE(d.confidence <= 0.9 || d.additions.empty()) << text_of(d.verdict) << " " << d.paragraph;
   }
 }
